@@ -62,9 +62,8 @@ std::string describe(const StageEntry& entry, const Parameter& parameter) {
 std::string describeStage(const StageEntry& entry) {
   std::string text = entry.name + ": " + entry.summary + "\n";
   const Declared declared = declare(entry, Profile::Compact);
-  for (const Parameter& parameter : declared.parameters.parameters()) {
+  for (const Parameter& parameter : declared.parameters.parameters())
     text += "\n  " + describe(entry, parameter);
-  }
   return text;
 }
 
@@ -166,13 +165,11 @@ std::string explain(const StageTable& table, const std::string& key) {
   for (const StageEntry& entry : table.entries()) {
     if (!stage.empty() && entry.name != stage) continue;
     const Declared declared = declare(entry, Profile::Compact);
-    if (const Parameter* parameter = declared.parameters.find(name)) {
+    if (const Parameter* parameter = declared.parameters.find(name))
       text += entry.name + "." + describe(entry, *parameter);
-    }
   }
-  if (text.empty()) {
+  if (text.empty())
     throw UsageError("no stage has a key '" + key + "'; planar_map config --defaults shows all");
-  }
   return text;
 }
 
@@ -242,10 +239,9 @@ void addValidateCommand(CLI::App& app, int&) {
     registerBuiltinStages(table);
     const Configuration configuration =
         loadConfiguration(arguments->configuration, table, arguments->overrides, Plugins::Ignore);
-    for (const std::string& name : configuration.unknown_stages) {
+    for (const std::string& name : configuration.unknown_stages)
       std::cerr << arguments->configuration << ": stage '" << name
                 << "' is not checked: plugins are loaded by run alone\n";
-    }
     if (!arguments->quiet) std::cout << arguments->configuration << ": no problems\n";
   });
 }
@@ -255,10 +251,9 @@ namespace {
 void printList(const StageTable& table) {
   std::size_t width = 0;
   for (const StageEntry& entry : table.entries()) width = std::max(width, entry.name.size());
-  for (const StageEntry& entry : table.entries()) {
+  for (const StageEntry& entry : table.entries())
     std::cout << entry.name << std::string(width + 2 - entry.name.size(), ' ') << entry.summary
               << '\n';
-  }
 }
 
 }  // namespace

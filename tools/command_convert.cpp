@@ -45,17 +45,15 @@ void convert(Arguments arguments) {
   if (arguments.surface) options.points = io::ExportedPoints::Surface;
   if (arguments.force) options.overwrite = io::Overwrite::Allow;
   try {
-    for (const std::string& file : io::exportedFiles(arguments.output)) {
+    for (const std::string& file : io::exportedFiles(arguments.output))
       requireNew(file, arguments.force);
-    }
     PlanarMap map = io::loadMap(arguments.map);
     if (arguments.finished) map = map.finished();
     writeResults([&]() { io::exportMap(map, arguments.output, options); });
-    if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
+    if (const Vector3& origin = map.params().origin; !origin.isZero(0.0))
       std::cerr << "planar_map: coordinates in " << arguments.output
                 << " are those of the map; add (" << std::setprecision(15) << origin.x() << ", "
                 << origin.y() << ", " << origin.z() << ") m for those of the world\n";
-    }
   } catch (const ParameterError& error) {  // of the extension or an option
     throw UsageError(error.what());
   }

@@ -27,9 +27,8 @@ std::string processorName() {
   std::ifstream in("/proc/cpuinfo");
   for (std::string line; std::getline(in, line);) {
     const std::size_t colon = line.find(": ");
-    if (line.compare(0, 10, "model name") == 0 && colon != std::string::npos) {
+    if (line.compare(0, 10, "model name") == 0 && colon != std::string::npos)
       return line.substr(colon + 2);
-    }
   }
   return "unknown";
 }
@@ -186,9 +185,8 @@ void drawFigures(const std::string& directory, bool quiet) {
   std::vector<std::string> command = {"charts", directory, "--force"};
   if (quiet) command.emplace_back("--quiet");
   const int code = runViewer(command);
-  if (code != kDone) {
+  if (code != kDone)
     throw RenderError("the figures are not drawn (see above); the tables are in " + directory);
-  }
 }
 
 std::vector<std::string> outputNames(bool ablation, bool figures) {
@@ -197,18 +195,16 @@ std::vector<std::string> outputNames(bool ablation, bool figures) {
     names.insert(names.end(), more.begin(), more.end());
   };
   if (ablation) add({"ablation.json", "ablation.csv", "ablation.md"});
-  if (figures) {
+  if (figures)
     add({"fig12_combination_efficiency.png", "fig13_mapping_error.png",
          "fig14_memory_file_time.png"});
-  }
   return names;
 }
 
 void checkArguments(const EvaluateArguments& arguments) {
   for (const double cell : arguments.cells) {
-    if (!(cell > 0.0 && cell <= 100.0)) {
+    if (!(cell > 0.0 && cell <= 100.0))
       throw UsageError("--cells: " + formatNumber(cell) + " is not in (0, 100] m");
-    }
   }
   for (const std::string& scene : arguments.scenes) {
     const auto& known = evaluation::sceneNames();
@@ -238,9 +234,8 @@ int evaluate(const EvaluateArguments& arguments) {
   methods.cells = arguments.cells;
   methods.planar = methodsOf(arguments, ablation);
   if (arguments.regimes) methods.filtered_by = kFilteredCells;
-  for (PlanarMethod& method : methodsOf(arguments, variants)) {
+  for (PlanarMethod& method : methodsOf(arguments, variants))
     methods.planar.push_back(std::move(method));
-  }
   for (const PlanarMethod& method : methods.planar) method.load(arguments.cells.front());
   std::unique_ptr<OutputDirectory> directory;
   try {

@@ -33,9 +33,8 @@ Json mapInfo(const std::string& path) {
   info["cuboids"] = {{"planar", planar},
                      {"non_planar", map.cuboids().size() - planar},
                      {"total", map.cuboids().size()}};
-  if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
+  if (const Vector3& origin = map.params().origin; !origin.isZero(0.0))
     info["origin_m"] = toJson(origin);
-  }
   info["unknown_cells"] = map.unknownCells();
   info["memory_bytes"] = map.memoryBytes();
   info["file_bytes"] = fs::file_size(path);
@@ -75,10 +74,9 @@ Json cloudInfo(const std::string& path) {
                {"viewpoint_m", toJson(cloud.T_world_sensor.translation())},
                {"file_bytes", fs::file_size(path)}};
   const Vector3& origin = cloud.origin;
-  if (finite > 0) {
+  if (finite > 0)
     info["bounds_m"] = {{"low", toJson(origin + bounds.min())},
                         {"high", toJson(origin + bounds.max())}};
-  }
   return info;
 }
 

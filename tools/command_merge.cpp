@@ -29,11 +29,10 @@ std::vector<Pose> posesOf(const Arguments& arguments) {
   std::vector<Pose> poses(arguments.maps.size(), Pose::Identity());
   if (arguments.poses.empty()) return poses;
   const std::vector<io::StampedPose> lines = io::readTumPoses(arguments.poses);
-  if (lines.size() != poses.size()) {
+  if (lines.size() != poses.size())
     throw IoError(arguments.poses, "has " + std::to_string(lines.size()) +
                                        " poses, but there are " + std::to_string(poses.size()) +
                                        " maps");
-  }
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i] = lines[i].pose;
   return poses;
 }
@@ -89,9 +88,8 @@ void merge(const Arguments& arguments) {
   requireNew(arguments.output, arguments.force);
   const std::vector<Pose> poses = posesOf(arguments);
   std::vector<PlacedMap> maps;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
+  for (std::size_t i = 0; i < poses.size(); ++i)
     maps.push_back({arguments.maps[i], io::loadMap(arguments.maps[i]), poses[i]});
-  }
   if (arguments.poses.empty()) {
     std::vector<NamedMap> named;
     for (const PlacedMap& placed : maps) named.push_back({placed.path, &placed.map});
@@ -134,9 +132,8 @@ Json factsOf(const PlanarMap& map) {
 }
 
 void print(const Json& a, const Json& b, const MapDifference& difference) {
-  for (const auto& item : a.items()) {
+  for (const auto& item : a.items())
     std::cout << item.key() << ": " << item.value() << ' ' << b[item.key()] << '\n';
-  }
   std::cout << "occupied cells of " << difference.cell << " m: " << difference.in_both
             << " in both, " << difference.only_in_a << " only in the first, "
             << difference.only_in_b << " only in the second\ndifference: " << difference.fraction()
@@ -176,10 +173,9 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code]() {
     const PlanarMap first = io::loadMap(arguments->first);
     const PlanarMap second = io::loadMap(arguments->second);
-    if (first.params().origin != second.params().origin) {
+    if (first.params().origin != second.params().origin)
       throw InputError(arguments->second + ": this map has another origin than " +
                        arguments->first + " (planar_map info shows both)");
-    }
     warnOfFrames({{arguments->first, &first}, {arguments->second, &second}}, "");
     const MapDifference difference = compareMaps(first, second);
     const Json a = factsOf(first), b = factsOf(second);

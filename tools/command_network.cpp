@@ -44,9 +44,8 @@ transport::Keys readKeyFile(const std::string& path) {
   std::ifstream in(path);
   struct stat status {};
   if (!in || ::stat(path.c_str(), &status) != 0) throw IoError(path, "cannot be read");
-  if ((status.st_mode & 077U) != 0) {
+  if ((status.st_mode & 077U) != 0)
     throw InputError(path + ": others can read this key; chmod 600 it");
-  }
   transport::Keys keys;
   std::string word;
   std::string key;
@@ -63,9 +62,8 @@ transport::Keys readKeyFile(const std::string& path) {
       sound = false;
     }
   }
-  if (!sound || keys.secret_key.empty() || keys.public_key.empty() || keys.peers.empty()) {
+  if (!sound || keys.secret_key.empty() || keys.public_key.empty() || keys.peers.empty())
     throw InputError(path + ": this is no key file; make one with 'planar_map keys -o DIR'");
-  }
   return keys;
 }
 
@@ -88,9 +86,7 @@ int run(const FrontendArguments& arguments) {
   if (!arguments.keys.empty()) options.keys = readKeyFile(arguments.keys);
   options.stop = &stopOnSignal();
   options.say = [](const std::string& text) { std::cerr << "planar_map: " << text << std::endl; };
-  if (!arguments.quiet && isatty(STDERR_FILENO) == 1) {
-    options.progress = countFrames;
-  }
+  if (!arguments.quiet && isatty(STDERR_FILENO) == 1) options.progress = countFrames;
   const transport::FrontEndResult result = transport::runFrontEnd(
       endpoint,
       [&arguments](const std::string& yaml) { return makeFrontEndSource(yaml, arguments); },
@@ -99,9 +95,8 @@ int run(const FrontendArguments& arguments) {
     std::cerr << "planar_map: interrupted after " << result.frames_sent << " frames\n";
     return kInterrupted;
   }
-  if (!arguments.quiet) {
+  if (!arguments.quiet)
     std::cout << result.frames_sent << " frames sent, " << result.bytes_sent << " bytes\n";
-  }
   return kDone;
 }
 
@@ -245,11 +240,10 @@ std::unique_ptr<FrameSource> listenForFrontEnd(const ListenArguments& arguments,
   transport::ListenerOptions options;
   if (!arguments.keys.empty()) options.keys = readKeyFile(arguments.keys);
   if (arguments.keys.empty() && !transport::isLoopback(endpoint)) {
-    if (!arguments.insecure) {
+    if (!arguments.insecure)
       throw UsageError("--listen " + arguments.endpoint +
                        " is open to other machines: make keys with 'planar_map keys -o DIR' and "
                        "give --keys DIR/mapper.key, or take the risk with --insecure");
-    }
     std::cerr << "planar_map: warning: without --keys whoever reaches " << arguments.endpoint
               << " can read and send frames" << std::endl;
   }

@@ -122,9 +122,7 @@ void answer(const Arguments& arguments) {
   };
   for (const std::string& text : arguments.points) note("point", text, answerPoint(map, text));
   for (const std::string& text : arguments.boxes) note("box", text, answerBox(map, text));
-  for (const std::string& text : arguments.rays) {
-    note("ray", text, answerRay(map, text, arguments));
-  }
+  for (const std::string& text : arguments.rays) note("ray", text, answerRay(map, text, arguments));
   if (!arguments.cloud.empty()) answerCloud(map, arguments, answers);
   if (arguments.json) std::cout << answers.dump(2) << '\n';
 }

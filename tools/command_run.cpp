@@ -121,17 +121,15 @@ void findConfiguration(RunArguments& arguments) {
   }
   const bool watches = !arguments.watched.empty();
   const bool listens = !arguments.listen.endpoint.empty();
-  if (!arguments.inputs.empty() && (watches || listens)) {
+  if (!arguments.inputs.empty() && (watches || listens))
     throw UsageError(std::string("the frames come by ") + (watches ? "--watch" : "--listen") +
                      ": leave '" + arguments.inputs.front() + "' out");
-  }
   if (watches) arguments.inputs = {arguments.watched};
   if (!arguments.configuration.empty()) return;
-  if (arguments.inputs.empty()) {
+  if (arguments.inputs.empty())
     throw UsageError(listens ? "--listen needs a configuration (*.yaml)"
                              : "run needs an input or a configuration (*.yaml); see planar_map run "
                                "--help");
-  }
   io::SequenceOptions options;
   options.poses_file = arguments.poses;
   options.calibration_file = arguments.calibration;
@@ -206,10 +204,9 @@ void printSummary(const RunResult& result) {
             << metrics["planes"] << " planes, " << metrics["cuboids"]["total"] << " cuboids ("
             << metrics["standard_cells"] << " cells of a standard grid of "
             << metrics["resolution_m"] << " m)\n";
-  if (metrics["cluttered_regions"] > 0) {
+  if (metrics["cluttered_regions"] > 0)
     std::cout << metrics["cluttered_regions"]
               << " regions are so cluttered that boxes cover them without a search for fewer\n";
-  }
   const std::string coverage = coverageSentence(metrics);
   if (!coverage.empty()) std::cout << coverage << '\n';
   std::cout << result.output << "/map.pmap\n";
@@ -247,9 +244,8 @@ RunResult runOnWatched(const RunArguments& arguments, RunOptions options) {
 }
 
 int run(RunArguments& arguments) {
-  if (arguments.options.resume && arguments.force) {
+  if (arguments.options.resume && arguments.force)
     throw UsageError("--resume continues the map, --force overwrites it: give one of them");
-  }
   RunOptions& options = arguments.options;
   StopGuard guard(stopOnSignal(), options.output);  // from now on
   findConfiguration(arguments);
@@ -278,13 +274,11 @@ int run(RunArguments& arguments) {
     printSummary(result);
   }
   if (!arguments.verbose) {  // then they were in the log already
-    for (const std::string& warning : result.warnings) {
+    for (const std::string& warning : result.warnings)
       std::cerr << "planar_map: warning: " << warning << '\n';
-    }
   }
-  if (result.was_finished) {
+  if (result.was_finished)
     std::cerr << "planar_map: the run in " << result.output << " is finished; nothing was done\n";
-  }
   if (result.interrupted) {
     std::cerr << "planar_map: interrupted"
               << (result.saved ? "; what was done so far is in "

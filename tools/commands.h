@@ -81,9 +81,8 @@ inline nlohmann::ordered_json toJson(const Vector3& v) {
 /// \throws UsageError if there is a file and it must not be overwritten
 inline void requireNew(const std::string& path, bool force) {
   std::error_code ignored;
-  if (!force && std::filesystem::exists(path, ignored)) {
+  if (!force && std::filesystem::exists(path, ignored))
     throw UsageError("'" + path + "' exists; --force overwrites it");
-  }
 }
 
 /// CLI::Range of floating-point numbers, but NaN is in none.

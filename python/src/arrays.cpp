@@ -22,10 +22,9 @@ py::array numbersOf(const py::object& argument, const std::string& name) {
                          std::string(py::str(py::type::of(argument).attr("__name__"))));
   }
   const char kind = array.dtype().kind();
-  if (kind != 'f' && kind != 'i' && kind != 'u') {
+  if (kind != 'f' && kind != 'i' && kind != 'u')
     throw py::type_error(name + " must be an array of numbers, not of " +
                          std::string(py::str(array.dtype())));
-  }
   return array;
 }
 
@@ -37,10 +36,9 @@ py::array_t<T> packed(const py::array& array) {
 py::array_t<double> matrixOf(const py::object& argument, const std::string& name,
                              py::ssize_t side) {
   const py::array array = numbersOf(argument, name);
-  if (array.ndim() != 2 || array.shape(0) != side || array.shape(1) != side) {
+  if (array.ndim() != 2 || array.shape(0) != side || array.shape(1) != side)
     throw InputError(name + " must be a matrix of shape (" + std::to_string(side) + ", " +
                      std::to_string(side) + "), not " + shapeText(array));
-  }
   return packed<double>(array);
 }
 
@@ -56,9 +54,8 @@ void registerRows() {
 Points::Points(const py::object& argument, const std::string& name)
     : array_(numbersOf(argument, name)) {
   const py::ssize_t axes = array_.ndim();
-  if (axes < 1 || axes > 2 || array_.shape(axes - 1) != 3) {
+  if (axes < 1 || axes > 2 || array_.shape(axes - 1) != 3)
     throw InputError(name + " must have the shape (N, 3), not " + shapeText(array_));
-  }
   is_float_ = py::isinstance<py::array_t<float>>(array_);
   if (!is_float_ && !py::isinstance<py::array_t<double>>(array_)) array_ = packed<double>(array_);
   data_ = static_cast<const char*>(array_.data());
@@ -71,16 +68,14 @@ Cloud::Cloud(const py::object& argument, const std::string& name)
     : array_(numbersOf(argument, name)) {
   constexpr py::ssize_t kFloat = sizeof(float);
   const py::ssize_t axes = array_.ndim();
-  if (axes < 2 || axes > 3 || array_.shape(axes - 1) != 3) {
+  if (axes < 2 || axes > 3 || array_.shape(axes - 1) != 3)
     throw InputError(name + " must have the shape (N, 3), or (H, W, 3) if it is organized, not " +
                      shapeText(array_));
-  }
   for (py::ssize_t axis = 0; axis + 1 < axes; ++axis) shape_.push_back(array_.shape(axis));
   const py::ssize_t columns = shape_.back();
   const py::ssize_t rows = axes == 3 ? shape_.front() : 1;
-  if (columns > 0 && rows > std::numeric_limits<int>::max() / columns) {
+  if (columns > 0 && rows > std::numeric_limits<int>::max() / columns)
     throw InputError(name + " has more than 2^31 points; divide it");
-  }
   const py::ssize_t stride = array_.strides(axes - 2);
   const bool in_place = py::isinstance<py::array_t<float>>(array_) &&
                         array_.strides(axes - 1) == kFloat && stride >= 3 * kFloat &&
@@ -97,9 +92,8 @@ Pose poseOf(const py::object& argument, const std::string& name) {
   if (argument.is_none()) return pose;
   const py::array_t<double> array = matrixOf(argument, name, 4);
   const auto matrix = PoseMatrix::Map(array.data());
-  if (matrix.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+  if (matrix.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0))
     throw InputError(name + " is no rigid motion: its last row is not 0 0 0 1");
-  }
   pose.matrix().topRows<3>() = matrix.topRows<3>();
   return pose;
 }
@@ -113,14 +107,12 @@ Vector3 vectorOf(const py::object& argument, const std::string& name) {
 PinholeCamera cameraOf(const py::object& argument, py::ssize_t height, py::ssize_t width) {
   const py::array_t<double> matrix = matrixOf(argument, "K", 3);
   const auto at = matrix.unchecked<2>();
-  if (at(0, 1) != 0.0 || at(1, 0) != 0.0 || at(2, 0) != 0.0 || at(2, 1) != 0.0 || at(2, 2) != 1.0) {
+  if (at(0, 1) != 0.0 || at(1, 0) != 0.0 || at(2, 0) != 0.0 || at(2, 1) != 0.0 || at(2, 2) != 1.0)
     throw InputError("K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]; images are rectified");
-  }
   const PinholeCamera camera{
       at(0, 0), at(1, 1), at(0, 2), at(1, 2), static_cast<int>(width), static_cast<int>(height)};
-  if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) {
+  if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy))
     throw InputError("the principal point of K is not finite");
-  }
   return camera;
 }
 

@@ -55,9 +55,8 @@ py::array planesOf(const Segmentation& segmentation) {
 py::array labelsOf(const Segmentation& segmentation) {
   std::vector<std::int32_t> labels(segmentation.points, -1);
   for (std::size_t k = 0; k < segmentation.planes.size(); ++k) {
-    for (const int i : segmentation.planes[k].inliers) {
+    for (const int i : segmentation.planes[k].inliers)
       labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(k);
-    }
   }
   return toArray(std::move(labels), segmentation.shape);
 }
@@ -130,10 +129,9 @@ void FrameInput::setPlaneSearch(const Segmentation* planes,
                                 double resolution) {
   find_planes = planes == nullptr;
   if (!find_planes) {
-    if (planes->points != points.size) {
+    if (planes->points != points.size)
       throw InputError("planes are of a cloud of " + std::to_string(planes->points) +
                        " points, this one has " + std::to_string(points.size));
-    }
     setPlanes(planes->planes);
     return;
   }

@@ -59,10 +59,9 @@ MapPointer makeMap(double resolution, const std::string& profile, double max_ran
   params.approximation.up = vectorOf(up, "up");
   params.max_range = max_range;
   params.unknown_space = unknown_space;
-  if (unseen) {
+  if (unseen)
     params.unseen =
         wordOf<Unseen>("unseen", *unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}});
-  }
   if (min_probability) params.min_probability = *min_probability;
   params.validate();
   return std::make_unique<SharedMap>(PlanarMap(params));
@@ -112,9 +111,7 @@ FrameUpdate insert(SharedMap& self, const py::object& xyz, const py::object& T,
   frame.points = cloud.view();
   frame.T_world_sensor = poseOf(T, "T");
   if (!K.is_none()) {
-    if (cloud.shape().size() != 2) {
-      throw InputError("K belongs to an organized cloud, (H, W, 3)");
-    }
+    if (cloud.shape().size() != 2) throw InputError("K belongs to an organized cloud, (H, W, 3)");
     frame.setCamera(cameraOf(K, cloud.shape()[0], cloud.shape()[1]));
   }
   return insertFrame(self, frame, planes, distance_threshold, min_inliers, timestamp);
@@ -124,10 +121,9 @@ FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::objec
                         const py::object& T, bool along_ray, double max_depth,
                         std::optional<double> distance_threshold, int min_inliers,
                         double timestamp) {
-  if (image.ndim() != 2 || image.size() == 0) {
+  if (image.ndim() != 2 || image.size() == 0)
     throw InputError("the depth image must have the shape (H, W), not " +
                      std::string(py::str(image.attr("shape"))));
-  }
   const PinholeCamera camera = cameraOf(K, image.shape(0), image.shape(1));
   const auto width = static_cast<std::uint32_t>(image.shape(1));
   const auto height = static_cast<std::uint32_t>(image.shape(0));

@@ -24,9 +24,8 @@ using Path = std::filesystem::path;
 
 /// One path, or a sequence of them.
 std::vector<std::string> pathsOf(const py::object& paths) {
-  if (py::isinstance<py::str>(paths) || py::hasattr(paths, "__fspath__")) {
+  if (py::isinstance<py::str>(paths) || py::hasattr(paths, "__fspath__"))
     return {paths.cast<Path>().string()};
-  }
   std::vector<std::string> list;
   for (const py::handle path : paths) list.push_back(path.cast<Path>().string());
   return list;

@@ -26,9 +26,8 @@ void writeMesh(const std::vector<Cuboid>& cuboids, pcl::PolygonMesh& mesh) {
     }
     for (const auto& face : kFaces) {
       pcl::Vertices polygon;
-      for (const unsigned corner : face) {
+      for (const unsigned corner : face)
         polygon.vertices.push_back(static_cast<pcl::index_t>(first + corner));
-      }
       mesh.polygons.push_back(std::move(polygon));
     }
   }

@@ -32,10 +32,9 @@ void requireOwnPlanes(const PointsView& points, const std::vector<PlaneSegment>&
                  ? 1
                  : 0;
     }
-    if (2 * off > looked_at) {
+    if (2 * off > looked_at)
       throw InputError("plane " + std::to_string(k) +
                        " is far from most of its inliers: set the planes of this cloud");
-    }
   }
 }
 
@@ -56,17 +55,15 @@ bool areBeyond(const PointsView& points, const Indices* indices, double reach) {
 
 void MappingInput::setPlanes(const std::vector<pcl::PointIndices>& inliers,
                              const std::vector<pcl::ModelCoefficients>& planes) {
-  if (inliers.size() != planes.size()) {
+  if (inliers.size() != planes.size())
     throw InputError(std::to_string(planes.size()) + " planes come with " +
                      std::to_string(inliers.size()) + " sets of inliers");
-  }
   std::vector<PlaneSegment> segments(planes.size());
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const std::vector<float>& c = planes[i].values;
-    if (c.size() != 4) {
+    if (c.size() != 4)
       throw InputError("plane " + std::to_string(i) + " has " + std::to_string(c.size()) +
                        " coefficients instead of 4");
-    }
     segments[i].plane = planeFromCoefficients(c[0], c[1], c[2], c[3]);
     segments[i].inliers = inliers[i].indices;
   }

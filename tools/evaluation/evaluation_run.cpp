@@ -38,15 +38,13 @@ class Evaluation {
     if (failure_) std::rethrow_exception(failure_);
     const bool nothing = std::all_of(results_.begin(), results_.end(),
                                      [](const auto& place) { return place.second.empty(); });
-    if (nothing && !stopped()) {
+    if (nothing && !stopped())
       throw InputError(progress_.scene +
                        ": no point is left to be mapped at any place; look at the stages before "
                        "the one that finds planes");
-    }
     std::vector<evaluation::PlaceResult> results;
-    for (auto& [place, of_place] : results_) {
+    for (auto& [place, of_place] : results_)
       std::move(of_place.begin(), of_place.end(), std::back_inserter(results));
-    }
     return results;
   }
 
@@ -137,9 +135,8 @@ std::string planeStagesText(const Configuration& configuration) {
   for (const ConfiguredStage& stage : configuration.stages) {
     if (stage.kind != StageKind::Planes || !stage.enabled) continue;
     text += "\n" + stage.name;
-    for (const Parameter& parameter : stage.parameters.parameters()) {
+    for (const Parameter& parameter : stage.parameters.parameters())
       text += " " + parameter.name + "=" + toYaml(parameter.get());
-    }
   }
   return text;
 }
@@ -258,14 +255,12 @@ std::vector<Variant> regimeVariants() {
 Variant parseVariant(const std::string& text) {
   const std::size_t colon = text.find(':');
   Variant variant{text.substr(0, colon), "compact", {}};
-  if (colon == std::string::npos || variant.name.empty()) {
+  if (colon == std::string::npos || variant.name.empty())
     throw UsageError("--variant: '" + text + "' is not NAME:stage.key=value,...");
-  }
   std::istringstream assignments(text.substr(colon + 1));
   for (std::string one; std::getline(assignments, one, ',');) variant.assignments.push_back(one);
-  if (variant.assignments.empty()) {
+  if (variant.assignments.empty())
     throw UsageError("--variant: '" + text + "' changes nothing; give NAME:stage.key=value,...");
-  }
   return variant;
 }
 
@@ -273,9 +268,8 @@ std::vector<evaluation::PlaceResult> withoutMethods(
     const std::vector<evaluation::PlaceResult>& results, const std::vector<std::string>& methods) {
   std::vector<evaluation::PlaceResult> kept;
   for (const evaluation::PlaceResult& result : results) {
-    if (std::find(methods.begin(), methods.end(), result.method) == methods.end()) {
+    if (std::find(methods.begin(), methods.end(), result.method) == methods.end())
       kept.push_back(result);
-    }
   }
   return kept;
 }

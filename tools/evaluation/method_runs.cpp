@@ -160,9 +160,7 @@ class CellRun {
   /// \return false if it was stopped
 
   bool execute(const std::function<bool()>& done) {
-    if (!options_.planar.empty()) {
-      min_points_ = minPointsPerCell(options_.planar.back().load(s_));
-    }
+    if (!options_.planar.empty()) min_points_ = minPointsPerCell(options_.planar.back().load(s_));
     if (!standardGrid()) return true;
     if (!done()) return false;
     octreeGrid();
@@ -182,9 +180,8 @@ class CellRun {
   /// The frames of the place in a grid of either kind.
   template <typename Grid>
   void fill(Grid& grid) const {
-    for (const PreparedFrame& frame : place_.frames) {
+    for (const PreparedFrame& frame : place_.frames)
       grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
-    }
   }
   /// \return false if there is not a cell
   bool standardGrid() {

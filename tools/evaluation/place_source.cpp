@@ -60,9 +60,8 @@ std::vector<Vector3> inWorld(const Frame& frame, const Indices& indices,
   std::vector<Vector3> points;
   points.reserve(indices.size());
   const PointsView view = pointsOf(*frame.cloud);
-  for (const int i : indices) {
+  for (const int i : indices)
     points.push_back(T_world_sensor * view.point(static_cast<std::size_t>(i)));
-  }
   return points;
 }
 
@@ -71,9 +70,8 @@ std::vector<Vector3> inWorld(const Frame& frame, const Indices& indices,
 Pose truePose(const Frame& frame, Place& place) {
   if (!frame.given_pose) return frame.T_world_sensor;
   if (frame.given_pose->matrix() == frame.T_world_sensor.matrix()) return frame.T_world_sensor;
-  if (place.frames.empty()) {
+  if (place.frames.empty())
     place.T_world_given = frame.T_world_sensor * frame.given_pose->inverse();
-  }
   const Pose T_world_sensor = place.T_world_given * *frame.given_pose;
   const Vector3 error = T_world_sensor.translation() - frame.T_world_sensor.translation();
   place.position_errors.push_back(error.norm());
@@ -102,14 +100,11 @@ void chooseCheckedPoints(Frame& frame, std::size_t step, const evaluation::Rende
                          Place& place) {
   Indices chosen;
   Indices kept;
-  for (std::size_t k = 0; k < frame.indices.size(); ++k) {
+  for (std::size_t k = 0; k < frame.indices.size(); ++k)
     (k % step == step - 1 ? chosen : kept).push_back(frame.indices[k]);
-  }
   const Pose T_world_sensor = truePose(frame, place);
   const std::vector<Vector3> measured = inWorld(frame, chosen, T_world_sensor);
-  for (const Vector3& point : measured) {
-    place.rays.push_back({T_world_sensor.translation(), point});
-  }
+  for (const Vector3& point : measured) place.rays.push_back({T_world_sensor.translation(), point});
   const std::vector<Vector3> checked =
       truth != nullptr ? trulyInWorld(frame, chosen, *truth) : measured;
   place.checked.insert(place.checked.end(), checked.begin(), checked.end());
@@ -143,9 +138,8 @@ double usedDepth(const Place& place) {
   std::vector<double> depths;
   for (const PreparedFrame& prepared : place.frames) {
     const PointsView view = pointsOf(*prepared.frame.cloud);
-    for (const int i : prepared.frame.indices) {
+    for (const int i : prepared.frame.indices)
       depths.push_back(view.point(static_cast<std::size_t>(i)).z());
-    }
   }
   if (depths.empty()) return evaluation::VisibleSurfaceParams().max_depth;
   const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(depths.size()));
@@ -256,9 +250,8 @@ class RecordedPlaces : public PlaceSource {
       if (!frame) break;
       const bool belongs = read_++ >= stretch.first;
       pipeline_->process(*frame);
-      if (belongs && frame->skip_reason.empty()) {
+      if (belongs && frame->skip_reason.empty())
         addFrame(std::move(*frame), options_, nullptr, *place);
-      }
     }
     return place;
   }

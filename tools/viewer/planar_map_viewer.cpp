@@ -108,9 +108,8 @@ ViewOptions viewOptions(const Arguments& a) {
   options.show.unknown = a.projection_2d;
   if (!a.show.empty()) options.show = Layers::fromString(a.show);
   if (!a.background.empty()) options.background = colorFromString(a.background);
-  if (!a.camera_position.empty()) {
+  if (!a.camera_position.empty())
     options.camera_position = vectorFromString("--camera-position", a.camera_position);
-  }
   if (!a.focal_point.empty())
     options.focal_point = vectorFromString("--focal-point", a.focal_point);
   if (!a.view_up.empty()) options.view_up = vectorFromString("--view-up", a.view_up);
@@ -135,9 +134,8 @@ SceneCloud sceneCloud(const std::string& path, const Vector3& origin) {
     for (int k = 0; k < 3; ++k) cloud.xyz.push_back(static_cast<float>(p[k]));
   }
   for (const std::uint32_t c : data.colors) {
-    for (const unsigned shift : {16u, 8u, 0u}) {
+    for (const unsigned shift : {16u, 8u, 0u})
       cloud.rgb.push_back(static_cast<std::uint8_t>(c >> shift));
-    }
   }
   return cloud;
 }
@@ -153,9 +151,8 @@ SceneContent readContent(const Arguments& a) {
     origin = map.params().origin;
     first_cloud = 1;
   }
-  for (std::size_t i = first_cloud; i < a.files.size(); ++i) {
+  for (std::size_t i = first_cloud; i < a.files.size(); ++i)
     content.clouds.push_back(sceneCloud(a.files[i], origin));
-  }
   if (a.up != "auto") content.up = vectorFromString("--up", a.up);
   if (content.empty()) throw InputError(a.files[0] + ": the map is empty; nothing to draw");
   return content;
@@ -249,9 +246,8 @@ int run(int argc, char** argv) {
   declare(app, arguments);
   try {
     app.parse(argc, argv);
-    if (arguments.projection_2d && arguments.snapshot.empty() && arguments.reference.empty()) {
+    if (arguments.projection_2d && arguments.snapshot.empty() && arguments.reference.empty())
       throw ParameterError("--projection-2d needs the picture's name: -o FILE.png");
-    }
     const ViewOptions options = viewOptions(arguments);
     requirePngName(arguments.snapshot);
     // What cannot be written is refused before anything is drawn.

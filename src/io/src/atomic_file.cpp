@@ -164,9 +164,7 @@ std::string readWholeText(const std::string& path, std::size_t largest_size) {
 void readFile(const std::string& path, const ByteSink& sink) {
   InputFile file(path);
   std::vector<char> part(kBufferSize);
-  while (const std::size_t size = file.read(part.data(), part.size())) {
-    sink({part.data(), size});
-  }
+  while (const std::size_t size = file.read(part.data(), part.size())) sink({part.data(), size});
 }
 
 }  // namespace planar_mapping::io

@@ -62,10 +62,9 @@ class Reader {
     double value = 0.0;
     if (!node.IsScalar() || !parseNumber(node.Scalar(), value))
       fail(node.Mark(), std::string(key) + " is no number");
-    if (!(value >= low && value <= high)) {
+    if (!(value >= low && value <= high))
       fail(node.Mark(),
            concatenated(key, " = ", quoted(node.Scalar()), " is not in [", low, ", ", high, ']'));
-    }
     return value;
   }
   double number(const std::string& key, double low, double high, double absent) const {
@@ -76,10 +75,9 @@ class Reader {
     if (!node) throw IoError(path_, std::string("has no key '") + key + "'");
     std::vector<double> values(count);
     bool sound = node.IsSequence() && node.size() == count;
-    for (std::size_t i = 0; sound && i < count; ++i) {
+    for (std::size_t i = 0; sound && i < count; ++i)
       sound = node[i].IsScalar() && parseNumber(node[i].Scalar(), values[i]) &&
               std::isfinite(values[i]);
-    }
     if (!sound)
       fail(node.Mark(), std::string(key) + " is no list of " + std::to_string(count) + " numbers");
     return values;

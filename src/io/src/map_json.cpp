@@ -53,9 +53,8 @@ void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteS
   append(out, "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n  \"frame_id\": \"",
          frame_id, "\",\n  \"up\": [", listOf(map.params().approximation.up.normalized(), ", "),
          "],\n  \"unit\": \"m\",\n  \"resolution_m\": ", map.params().approximation.resolution);
-  if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
+  if (const Vector3& origin = map.params().origin; !origin.isZero(0.0))
     append(out, ",\n  \"origin_m\": [", listOf(origin, ", "), ']');
-  }
   append(out, ",\n  \"unseen\": \"", map.params().unseen == Unseen::Unknown ? "unknown" : "free",
          "\",\n  \"unknown_space\": \"", is_listed ? "listed" : "not listed",
          "\",\n  \"frames\": ", map.frames(), ",\n  \"planes\": [");
@@ -81,9 +80,8 @@ void saveMap(const PlanarMap& map, const std::string& path, Overwrite overwrite)
   AtomicFile file(path, overwrite);
   file.write(bytes.data(), bytes.size());
   // What cannot be read back must not replace what can.
-  if (file.readBack() != bytes) {
+  if (file.readBack() != bytes)
     throw IoError(path, "what was read back is not what was written; is the disk faulty?");
-  }
   PlanarMap::deserialize(bytes.data(), bytes.size());
   file.commit();
 }

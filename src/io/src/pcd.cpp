@@ -311,9 +311,8 @@ std::string headerOf(const CloudData& cloud) {
                      "\nVIEWPOINT";
   const Eigen::Quaterniond q(Eigen::Matrix3d(cloud.T_world_sensor.linear()));
   const Vector3 t = cloud.T_world_sensor.translation();
-  for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) {
+  for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()})
     append(text, ' ', value);
-  }
   return text + "\nPOINTS " + std::to_string(cloud.size()) + "\nDATA binary\n";
 }
 

@@ -69,9 +69,8 @@ bool LineReader::next(std::string_view& line) {
     ++number_;
     // Editors of Windows begin a text with a byte order mark.
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (number_ == 1 && line.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+    if (number_ == 1 && line.substr(0, kByteOrderMark.size()) == kByteOrderMark)
       line.remove_prefix(kByteOrderMark.size());
-    }
     return true;
   }
 }

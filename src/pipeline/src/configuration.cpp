@@ -38,9 +38,8 @@ fs::path readyConfigurations() {
 std::string listReadyConfigurations() {
   std::vector<std::string> names;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(readyConfigurations(), error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(readyConfigurations(), error))
     names.push_back(entry.path().filename().string());
-  }
   if (names.empty()) return "; none is ready: no share/planar_mapping/config is near the program";
   std::sort(names.begin(), names.end());
   std::string list;
@@ -53,22 +52,18 @@ constexpr std::uintmax_t kLargestFile = 1u << 20u;  // a configuration of a mega
 std::string readText(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) {
+  if (!fs::exists(status))
     throw ConfigError({path + ":1:1: there is no such file" + listReadyConfigurations()});
-  }
-  if (!fs::is_regular_file(status)) {
+  if (!fs::is_regular_file(status))
     throw ConfigError({path + ":1:1: this is not a file; give a configuration file (*.yaml)"});
-  }
-  if (fs::file_size(path, error) > kLargestFile) {
+  if (fs::file_size(path, error) > kLargestFile)
     throw ConfigError({path + ":1:1: larger than 1 MiB, so this is no configuration file"});
-  }
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
   // An empty file sets failbit on the receiving stream, which is no reading error.
-  if (!in.is_open() || in.bad()) {
+  if (!in.is_open() || in.bad())
     throw ConfigError({path + ":1:1: the file cannot be read; check its permissions"});
-  }
   return text.str();
 }
 
@@ -108,9 +103,8 @@ FrameSelection parseFrameSelection(const std::string& text) {
     if (result.ec != std::errc() || result.ptr != end || *targets[i] < 0) throw fail();
   }
   if (parts.size() == 1) selection.last = selection.first + 1;
-  if (selection.step < 1 || (selection.last >= 0 && selection.last <= selection.first)) {
+  if (selection.step < 1 || (selection.last >= 0 && selection.last <= selection.first))
     throw fail();
-  }
   return selection;
 }
 
@@ -144,21 +138,18 @@ std::string effectiveYaml(const Configuration& configuration) {
   yaml += "seed: " + std::to_string(settings.seed) + "\n";
   yaml += "threads: " + std::to_string(settings.threads) + "\n";
   appendList(yaml, "inputs", configuration.inputs);
-  if (!configuration.poses.empty()) {
+  if (!configuration.poses.empty())
     yaml += "poses: " + toYaml(ParameterValue(configuration.poses)) + "\n";
-  }
-  if (!configuration.calibration.empty()) {
+  if (!configuration.calibration.empty())
     yaml += "calibration: " + toYaml(ParameterValue(configuration.calibration)) + "\n";
-  }
   yaml += "frames: \"" + configuration.frames.text() + "\"\n";
   appendList(yaml, "plugins", configuration.plugins);
   yaml += configuration.stages.empty() ? "stages: []\n" : "stages:\n";
   for (const ConfiguredStage& stage : configuration.stages) {
     yaml += "  - stage: " + stage.name + "\n";
     if (!stage.enabled) yaml += "    enabled: false\n";
-    for (const Parameter& parameter : stage.parameters.parameters()) {
+    for (const Parameter& parameter : stage.parameters.parameters())
       yaml += "    " + parameter.name + ": " + toYaml(parameter.get()) + "\n";
-    }
   }
   return yaml;
 }

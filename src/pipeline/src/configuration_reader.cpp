@@ -54,12 +54,10 @@ void ConfigurationReader::readTop(const YAML::Node& root) {
     }
     return YAML::Node(YAML::NodeType::Undefined);
   };
-  if (!find("version").IsDefined()) {
+  if (!find("version").IsDefined())
     problems_.add(root.Mark(), "key 'version' is missing; write 'version: 1'");
-  }
-  if (!find("stages").IsDefined()) {
+  if (!find("stages").IsDefined())
     problems_.add(root.Mark(), "key 'stages' is missing: the list of what to do with each frame");
-  }
   // The profile decides on the stages' defaults and plugins on their names: both come first.
   readProfile(find("profile"));
   if (find("plugins").IsDefined()) readPlugins(find("plugins"));

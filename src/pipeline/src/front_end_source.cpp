@@ -30,9 +30,8 @@ void requireHarmless(const std::string& yaml) {
     if (!root.IsMap()) refuse("this is no configuration");
     for (const auto& entry : root) {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
-      if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
+      if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
         refuse("key '" + key + "' is not taken from the network");
-      }
     }
   } catch (const YAML::Exception& error) {
     refuse(error.msg);
@@ -86,9 +85,8 @@ std::unique_ptr<FrameSource> makeFrontEndSource(const std::string& yaml,
   StageTable table;
   registerBuiltinStages(table);
   ConfigurationOverrides overrides;
-  if (input.threads >= 0) {
+  if (input.threads >= 0)
     overrides.assignments.push_back("threads=" + std::to_string(input.threads));
-  }
   Configuration configuration = parseConfiguration(yaml, kName, table, overrides);
   configuration.inputs = input.inputs;
   configuration.poses = input.poses;

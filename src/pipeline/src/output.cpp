@@ -33,14 +33,12 @@ constexpr const char* kManifest = "manifest.json";
 void createDirectory(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (fs::exists(status) && !fs::is_directory(status)) {
+  if (fs::exists(status) && !fs::is_directory(status))
     throw OutputError(path + ": this is a file; name a directory for the results (-o DIR)");
-  }
   fs::create_directories(path, error);
-  if (error) {
+  if (error)
     throw OutputError(path + ": the output directory cannot be made: " + error.message() +
                       "; name another with -o DIR");
-  }
 }
 
 /// What the manifest says of a file.
@@ -79,9 +77,8 @@ Checksum writeChecked(const std::string& folder, const OutputFile& content) {
   file.commit();
   Checksum read;
   io::readFile(path, [&read](std::string_view part) { read.add(part); });
-  if (read.bytes != written.bytes || read.crc32 != written.crc32) {
+  if (read.bytes != written.bytes || read.crc32 != written.crc32)
     throw OutputError(path + ": what was read back is not what was written; is the disk faulty?");
-  }
   return written;
 }
 
@@ -108,16 +105,14 @@ OutputDirectory::OutputDirectory(const std::string& path, const std::vector<std:
       std::error_code ignored;
       const fs::file_status status = fs::status(pathOf(name), ignored);
       if (!fs::exists(status)) continue;
-      if (!overwrite) {
+      if (!overwrite)
         throw OutputExistsError(pathOf(name) +
                                 ": exists already; give --force to overwrite it or "
                                 "another directory with -o DIR");
-      }
-      if (!fs::is_regular_file(status)) {
+      if (!fs::is_regular_file(status))
         throw OutputError(pathOf(name) +
                           ": is not a regular file; name another directory with "
                           "-o DIR");
-      }
     }
   } catch (...) {
     unlock();
@@ -140,11 +135,10 @@ void OutputDirectory::lock() {
   const std::string file = pathOf(kLock);
   for (;;) {
     lock_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock_ < 0) {
+    if (lock_ < 0)
       throw OutputError(path_ +
                         ": cannot be written to: " + std::generic_category().message(errno) +
                         "; name another directory with -o DIR");
-    }
     const bool locked = ::flock(lock_, LOCK_EX | LOCK_NB) == 0;
     if (!locked && errno == EWOULDBLOCK) {
       ::close(std::exchange(lock_, -1));
@@ -189,13 +183,11 @@ void OutputDirectory::commit(const std::vector<OutputFile>& files) const {
     fs::create_directory(saving, error);
     if (error) fail(saving, "cannot be made", error.value());
     nlohmann::ordered_json manifest = {{"version", 1}};
-    for (const OutputFile& file : files) {
+    for (const OutputFile& file : files)
       manifest["files"][file.name] = writeChecked(saving, file).json();
-    }
     writeChecked(saving, {kManifest, manifest.dump(2) + "\n"});
-    if (std::rename(saving.c_str(), pathOf(kSaved).c_str()) != 0) {
+    if (std::rename(saving.c_str(), pathOf(kSaved).c_str()) != 0)
       fail(path_, "cannot be written", errno);
-    }
   } catch (const Error& problem) {
     std::error_code ignored;
     fs::remove_all(saving, ignored);
@@ -215,17 +207,15 @@ void OutputDirectory::moveIntoPlace() const {
   const std::string saved = pathOf(kSaved) + "/";
   std::vector<std::string> names;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(saved, error)) {
+  for (const auto& entry : fs::directory_iterator(saved, error))
     names.push_back(entry.path().filename().string());
-  }
   if (error) fail(saved, "cannot be read", error.value());
   // The manifest last: as long as it is not in place, it says nothing wrong of the files there.
   std::stable_partition(names.begin(), names.end(),
                         [](const std::string& name) { return name != kManifest; });
   for (const std::string& name : names) {
-    if (std::rename((saved + name).c_str(), pathOf(name).c_str()) != 0) {
+    if (std::rename((saved + name).c_str(), pathOf(name).c_str()) != 0)
       fail(pathOf(name), "cannot be written", errno);
-    }
   }
   io::syncDirectory(path_);
   fs::remove(saved, error);

@@ -34,14 +34,12 @@ std::uint64_t pictureFingerprint(const Frame& frame) {
   const auto add = [&value](const void* bytes, std::size_t size) {
     value = 31 * value + std::hash<std::string_view>()({static_cast<const char*>(bytes), size});
   };
-  for (const io::Image* image : {&frame.images.left, &frame.images.right}) {
+  for (const io::Image* image : {&frame.images.left, &frame.images.right})
     add(image->pixels.data(), image->pixels.size());
-  }
   // Enough of the depths to see their noise.
   constexpr std::size_t kStep = 16;
-  for (std::size_t i = 0; i < frame.cloud->size(); i += kStep) {
+  for (std::size_t i = 0; i < frame.cloud->size(); i += kStep)
     add((*frame.cloud)[i].data, 3 * sizeof(float));
-  }
   return value;
 }
 
@@ -98,10 +96,9 @@ FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
     findUsablePoints(frame);
     const bool sensed = frame.skip_reason.empty();
     const bool waits = sensed && waitsForMore(frame);
-    if (waits) {
+    if (waits)
       frame.skip_reason = "hardly any pixel of its image has a depth (" +
                           std::to_string(frame.points_valid) + "); the map begins with another";
-    }
     const std::size_t statistics = frame.statistics.size();
     runMapping(frame);
     if (frame.skip_reason.empty()) {
@@ -189,10 +186,9 @@ std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
 
 void Pipeline::runFrontEnd(Frame& frame) {
   const std::uint64_t pictures = pictureFingerprint(frame);
-  if (pictures != 0 && pictures == last_pictures_ && frame.skip_reason.empty()) {
+  if (pictures != 0 && pictures == last_pictures_ && frame.skip_reason.empty())
     frame.skip_reason =
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";
-  }
   if (pictures != 0) last_pictures_ = pictures;
   for (std::size_t i = 0; i < front_end_size_ && frame.skip_reason.empty(); ++i) {
     if (configuration_.stages[i].enabled) configuration_.stages[i].stage->begin(frame);
@@ -205,10 +201,9 @@ void Pipeline::runStage(std::size_t index, Frame& frame) {
   if (!frame.skip_reason.empty() || !configuration_.stages[index].enabled) return;
   const Clock::time_point start = Clock::now();
   Stage& stage = *configuration_.stages[index].stage;
-  if (index < sensing_size_ && !sensing_scales_[index]) {
+  if (index < sensing_size_ && !sensing_scales_[index])
     adaptStage(configuration_.stages[index], sensing_scales_[index].emplace(knownScale(frame)),
                frame.source);
-  }
   try {
     stage.process(frame);
   } catch (const InputError& error) {
@@ -232,9 +227,8 @@ void Pipeline::findUsablePoints(Frame& frame) const {
   frame.indices = usablePoints(pointsOf(*frame.cloud));
   frame.points_input = frame.cloud->size();
   frame.points_valid = frame.indices.size();
-  if (frame.indices.empty()) {
+  if (frame.indices.empty())
     frame.skip_reason = "no point of its cloud is finite; check how it was recorded";
-  }
 }
 
 /// Whether a frame has far fewer points than images have, and a map that begins with it, and

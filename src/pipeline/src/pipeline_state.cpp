@@ -40,14 +40,13 @@ void Pipeline::LeftOut::visitState(Archive& archive) {
   if constexpr (!Archive::kReads) {
     width = f.cloud->width;
     height = f.cloud->height;
-    for (const pcl::PointXYZ& point : f.cloud->points) {
+    for (const pcl::PointXYZ& point : f.cloud->points)
       xyz.insert(xyz.end(), {point.x, point.y, point.z});
-    }
   }
   archive(attempts, f.number, f.source, f.timestamp, f.T_world_sensor, f.camera, f.baseline,
-          f.given_pose, f.pose_assumed, f.front_end_done, f.image_doubtful, f.skip_reason, f.without_sensor,
-          f.indices, f.even, f.points_input, f.points_valid, f.stage_ms, image.width, image.height,
-          image.channels, image.pixels, width, height, xyz);
+          f.given_pose, f.pose_assumed, f.front_end_done, f.image_doubtful, f.skip_reason,
+          f.without_sensor, f.indices, f.even, f.points_input, f.points_valid, f.stage_ms,
+          image.width, image.height, image.channels, image.pixels, width, height, xyz);
   if constexpr (Archive::kReads) f.cloud = cloudOf(xyz, width, height);
   std::size_t features = f.key_features.size();
   std::size_t statistics = f.statistics.size();
@@ -70,9 +69,8 @@ std::string Pipeline::saveState() const {
   writer(last_pictures_, origin_, counted_frames_, cuboids_, left_out_);
   for (const std::optional<CloudScale>& scale : sensing_scales_) putScale(scale, writer);
   putScale(mapping_scale_, writer);
-  for (const ConfiguredStage& stage : configuration_.stages) {
+  for (const ConfiguredStage& stage : configuration_.stages)
     writer(stage.name, stage.stage->saveState());
-  }
   return writer.take();
 }
 

@@ -23,11 +23,10 @@ std::string lastLoaderError() {
 
 void loadPlugin(const std::string& path, StageTable& table) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) {
+  if (!std::filesystem::is_regular_file(path, ignored))
     throw IoError(path,
                   "there is no such shared library; a plugin lies beside the configuration file or "
                   "is named by its absolute path");
-  }
   const std::string file = std::filesystem::absolute(path).string();  // not one of the search path
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) throw IoError(path, "cannot be loaded as a plugin: " + lastLoaderError());
@@ -49,9 +48,8 @@ void loadPlugin(const std::string& path, StageTable& table) {
   StageTable added;
   stages(&added);
   for (const StageEntry& entry : added.entries()) {
-    if (table.find(entry.name) != nullptr) {
+    if (table.find(entry.name) != nullptr)
       throw IoError(path, "brings a stage '" + entry.name + "', a name that is already taken");
-    }
   }
   for (const StageEntry& entry : added.entries()) table.add(entry);
 }

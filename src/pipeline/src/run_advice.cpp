@@ -60,11 +60,10 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
   if (!floor || (floor->kind == Kind::Leans && !is_own && floor->tilt < kUsualSlope))
     return std::nullopt;
   const std::string axis = rounded(floor->up, 2);
-  if (floor->kind == Kind::OtherAxis) {
+  if (floor->kind == Kind::OtherAxis)
     return "no plane is level, and nearly all (" + rounded(floor->area, 0) +
            " m2) face along another axis: if they are floors, set `up` of the stages to " + axis +
            " or its opposite";
-  }
   if (floor->kind == Kind::LevelWithoutTurn) {
     return "what looks like a floor (" + rounded(floor->area, 0) +
            " m2) is level for the sensor, but its pose, which turns and does not move it, "
@@ -73,11 +72,10 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
   }
   const std::string what = "what looks like a floor (" + rounded(floor->area, 0) +
                            " m2) leans by " + rounded(floor->tilt * 180.0 / M_PI, 0) + " degrees: ";
-  if (is_own) {
+  if (is_own)
     return what +
            "the sensor did not start level, and the first frame does not show how it was held; "
            "give poses, or begin with a frame that sees floor and walls (--frames)";
-  }
   const auto& trajectory = map.trajectory();
   const bool has_poses = source.poseSource() == io::PoseSource::File ||
                          std::any_of(trajectory.begin(), trajectory.end(), [](const auto& one) {
@@ -95,12 +93,10 @@ std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMa
   std::vector<std::string> advice;
   const PointsView points = pointsOf(*frame.cloud);
   if (!is_camera_) is_camera_ = frame.camera || isCameraView(points, &frame.indices);
-  if (robot_.isSeenIn(points, frame.indices, frame.T_world_sensor)) {
+  if (robot_.isSeenIn(points, frame.indices, frame.T_world_sensor))
     advice.push_back(frame.source + ": " + RobotWatch::kAdvice);
-  }
-  if (frame.camera && !frame.baseline && depths_.isBentIn(points, frame.is_only)) {
+  if (frame.camera && !frame.baseline && depths_.isBentIn(points, frame.is_only))
     advice.push_back(frame.source + ": " + DepthWatch::kAdvice);
-  }
   if (auto text = apart(frame, points)) advice.push_back(std::move(*text));
   // The noise of depth cameras is as large as what is wrong with their poses.
   const bool is_given_for_scan =
@@ -147,11 +143,10 @@ std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics&
   };
   add(skippedFrames(pipeline, statistics, source));
   const PlanarMap& map = pipeline.map();
-  if (const std::size_t beyond = statistics.pointsBeyond(); beyond > 0) {
+  if (const std::size_t beyond = statistics.pointsBeyond(); beyond > 0)
     advice.push_back(
         std::to_string(beyond) +
         " points were dropped: the map reaches 2^20 cells from its origin along each axis");
-  }
   constexpr double kNearlyAll = 0.9;
   const double removed = statistics.removedFraction();
   const std::string why =

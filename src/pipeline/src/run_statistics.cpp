@@ -50,9 +50,8 @@ std::vector<std::string> stageKeys(const Configuration& configuration) {
   std::vector<std::string> keys;
   for (const ConfiguredStage& stage : configuration.stages) {
     std::string key = stage.name;
-    for (int n = 2; std::find(keys.begin(), keys.end(), key) != keys.end(); ++n) {
+    for (int n = 2; std::find(keys.begin(), keys.end(), key) != keys.end(); ++n)
       key = stage.name + "_" + std::to_string(n);
-    }
     keys.push_back(key);
   }
   return keys;
@@ -163,9 +162,8 @@ RunStatistics::Coverage RunStatistics::coverageOf(const PlanarMap& map) const {
   std::uint32_t hint = 0;
   standard_cells_.front().forEach([&](const StandardCells::Cell& cell) {
     coverage.points += cell.points;
-    if (index.isWithin(Vector3(cell.point[0], cell.point[1], cell.point[2]), margin, hint)) {
+    if (index.isWithin(Vector3(cell.point[0], cell.point[1], cell.point[2]), margin, hint))
       coverage.covered += cell.points;
-    }
   });
   return coverage;
 }
@@ -280,24 +278,21 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   json["standard_cells"] = standard_cells;
   // Null where there is nothing to divide by: 0 and 1 would both be claims.
   json["combination_efficiency"] = nullptr;
-  if (standard_cells > 0) {
+  if (standard_cells > 0)
     json["combination_efficiency"] =
         1.0 - static_cast<double>(cuboids) / static_cast<double>(standard_cells);
-  }
   json["coverage"] = nullptr;
   const Coverage coverage = coverageOf(map);
-  if (coverage.points > 0) {
+  if (coverage.points > 0)
     json["coverage"] = static_cast<double>(coverage.covered) / static_cast<double>(coverage.points);
-  }
   json["coverage_points"] = {{"valid", coverage.points}, {"covered", coverage.covered}};
   json["unknown_cells"] = map.unknownCells();
   json["memory_bytes"] = map.memoryBytes();
   json["file_bytes"] = file_bytes;
   // Null where there is nothing to compare with, or where the given poses were taken as they are.
   json["motion_error"] = nullptr;
-  if (hasStage(configuration, StageKind::Motion) && !given_poses_.empty() && !posesAreGivenOnes()) {
+  if (hasStage(configuration, StageKind::Motion) && !given_poses_.empty() && !posesAreGivenOnes())
     json["motion_error"] = motionErrorOf(estimated_poses_, given_poses_);
-  }
   const auto times = [this](const auto& of) {
     std::vector<double> values;
     for (const FrameReport& report : reports_) {
@@ -318,14 +313,12 @@ std::string savedText(const PlanarMap& map, std::size_t file_bytes) {
   std::string text = std::to_string(map.planes().size()) + " planes, " +
                      std::to_string(map.cuboids().size()) + " cuboids, " +
                      std::to_string(file_bytes) + " bytes";
-  if (const std::size_t cluttered = map.clutteredRegions(); cluttered > 0) {
+  if (const std::size_t cluttered = map.clutteredRegions(); cluttered > 0)
     text += "; " + std::to_string(cluttered) +
             " regions are so cluttered that boxes cover them without a search for fewer";
-  }
-  if (const std::size_t unknown = map.unknownCells(); unknown > kMostUnknownInJson) {
+  if (const std::size_t unknown = map.unknownCells(); unknown > kMostUnknownInJson)
     text += "; map.json does not list the " + std::to_string(unknown) +
             " unknown cells: planar_map convert does";
-  }
   return text;
 }
 

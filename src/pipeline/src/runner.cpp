@@ -46,9 +46,8 @@ std::string packed(const std::string& bytes) {
 std::string unpacked(std::string_view bytes) {
   const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   std::string out(size < ZSTD_CONTENTSIZE_ERROR ? size : 0, '\0');
-  if (ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size()) != out.size()) {
+  if (ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size()) != out.size())
     throw Error("the saved state is damaged");
-  }
   return out;
 }
 
@@ -82,9 +81,8 @@ class Run {
     log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
     for (const std::string& input : source_.names()) log("input " + input);
     for (const std::string& note : source_.notes()) log("input: " + note);
-    if (statistics_.frames() > 0) {
+    if (statistics_.frames() > 0)
       log("resumed after " + std::to_string(statistics_.frames()) + " frames");
-    }
     if (const std::optional<Vector3> up = source_.meanUp()) pipeline_.setMeanUp(*up);
     try {
       processFrames();
@@ -142,9 +140,8 @@ class Run {
 
   void loadState(const std::string& state) {
     constexpr std::string_view kStart = kStateFormat;
-    if (state.compare(0, kStart.size(), kStart) != 0) {
+    if (state.compare(0, kStart.size(), kStart) != 0)
       throw InputError("it was made by another version, not " PLANAR_MAPPING_VERSION);
-    }
     const std::string wanted = asked_for_;
     std::string stages;
     const std::string bytes = unpacked(std::string_view(state).substr(kStart.size()));
@@ -152,9 +149,8 @@ class Run {
     visitState(reader);
     reader(stages);
     reader.finish();
-    if (wanted != asked_for_ && wanted != comparable(directory_.read("config.resolved.yaml"))) {
+    if (wanted != asked_for_ && wanted != comparable(directory_.read("config.resolved.yaml")))
       throw InputError("it was made with another configuration or input");
-    }
     const std::string map = directory_.read("map.pmap");
     pipeline_.loadState(stages, PlanarMap::deserialize(
                                     reinterpret_cast<const std::uint8_t*>(map.data()), map.size()));
@@ -210,9 +206,8 @@ class Run {
       log("frame " + std::to_string(placed_report.number) + " " + placed_report.source +
           ": found its place after all");
     }
-    if (options_.progress) {
+    if (options_.progress)
       options_.progress(statistics_.frames(), source_.size().value_or(0), report);
-    }
   }
 
   /// Frames count in the order of the input; their times are labels. A clock that goes backwards is
@@ -252,9 +247,8 @@ class Run {
     // What cannot be read must not replace what can.
     PlanarMap::deserialize(bytes.data(), bytes.size());
     std::vector<io::StampedPose> trajectory;
-    for (const auto& [timestamp, pose] : map.trajectory()) {
+    for (const auto& [timestamp, pose] : map.trajectory())
       trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
-    }
     // Frames that were left out at first come last in the map.
     if (!warned_of_time_) {
       std::stable_sort(trajectory.begin(), trajectory.end(),
@@ -328,9 +322,8 @@ class Run {
 
 /// Paths made absolute, so that config.resolved.yaml works from anywhere.
 Configuration withAbsolutePaths(Configuration configuration) {
-  for (std::string& input : configuration.inputs) {
+  for (std::string& input : configuration.inputs)
     input = fs::absolute(input).lexically_normal().string();
-  }
   for (std::string* path : {&configuration.poses, &configuration.calibration}) {
     if (!path->empty()) *path = fs::absolute(*path).lexically_normal().string();
   }
@@ -348,15 +341,13 @@ const std::vector<std::string>& outputFileNames() {
 void requireStagesFor(const FrameSource& source, const Configuration& configuration) {
   const std::string input = source.names().front();
   const bool makes_clouds = hasStage(configuration, StageKind::Images);
-  if (source.kind() == io::SequenceKind::Stereo && !makes_clouds) {
+  if (source.kind() == io::SequenceKind::Stereo && !makes_clouds)
     throw InputError(
         input + ": these are stereo images, and no stage of " + configuration.path +
         " makes clouds of them; add stereo_matching or take config/stereo_indoor.yaml");
-  }
-  if (source.kind() != io::SequenceKind::Stereo && makes_clouds) {
+  if (source.kind() != io::SequenceKind::Stereo && makes_clouds)
     throw InputError(input + ": there are no image pairs (left/, right/), which a stage of " +
                      configuration.path + " makes clouds of; take another configuration");
-  }
   if (source.poseSource() == io::PoseSource::None && !hasStage(configuration, StageKind::Motion)) {
     throw InputError(input +
                      ": there are no poses; put poses.txt (TUM: timestamp tx ty tz qx qy qz qw) "

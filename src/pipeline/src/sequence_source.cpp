@@ -16,20 +16,18 @@ std::vector<std::size_t> select(const FrameSelection& selection, std::size_t cou
   const auto last =
       selection.last < 0 ? count : std::min(static_cast<std::size_t>(selection.last), count);
   for (auto i = static_cast<std::size_t>(selection.first); i < last; i += step) frames.push_back(i);
-  if (frames.empty()) {
+  if (frames.empty())
     throw InputError("frames " + selection.text() + " select none of the " + std::to_string(count) +
                      " frames of the input");
-  }
   return frames;
 }
 
 }  // namespace
 
 io::SequenceOptions sequenceOptions(const Configuration& configuration) {
-  if (configuration.inputs.empty()) {
+  if (configuration.inputs.empty())
     throw InputError("there is no input; give it with -i FILE_OR_FOLDER or as 'inputs' in " +
                      configuration.path);
-  }
   io::SequenceOptions options;
   options.poses_file = configuration.poses;
   options.calibration_file = configuration.calibration;
@@ -115,9 +113,8 @@ std::size_t SequenceSource::skip(std::size_t count) {
 FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width, std::uint32_t height) {
   FrameCloud::Ptr cloud = pcl::make_shared<FrameCloud>();
   cloud->points.resize(xyz.size() / 3);
-  for (std::size_t i = 0; i < cloud->size(); ++i) {
+  for (std::size_t i = 0; i < cloud->size(); ++i)
     cloud->points[i] = pcl::PointXYZ(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
-  }
   cloud->width = width;
   cloud->height = height;
   cloud->is_dense = false;

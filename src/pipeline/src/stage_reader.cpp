@@ -51,38 +51,33 @@ std::string noSuchKey(const ConfiguredStage& stage, const std::string& key) {
 }  // namespace
 
 void ConfigurationReader::readStages(const YAML::Node& list) {
-  if (!list.IsSequence()) {
+  if (!list.IsSequence())
     return problems_.add(
         list.Mark(), "stages must be a list, each entry '- stage: NAME', not " + describe(list));
-  }
-  if (list.size() == 0) {
+  if (list.size() == 0)
     problems_.add(list.Mark(), "the list of stages is empty; see planar_map stages");
-  }
   for (const auto& entry : list) readStage(entry);
 }
 
 void ConfigurationReader::readStage(const YAML::Node& entry) {
-  if (!entry.IsMap()) {
+  if (!entry.IsMap())
     return problems_.add(entry.Mark(),
                          "an entry of stages is written '- stage: NAME' with its keys below, not " +
                              describe(entry));
-  }
   const auto entries = entriesOf(entry, "this stage", problems_);
   const YAML::Node* name_node = nullptr;
   for (const auto& item : entries) {
     if (item.first.Scalar() == "stage") name_node = &item.second;
   }
-  if (name_node == nullptr || !name_node->IsScalar()) {
+  if (name_node == nullptr || !name_node->IsScalar())
     return problems_.add(entry.Mark(), "key 'stage', the name of the stage, is missing here");
-  }
   const std::string& name = name_node->Scalar();
   const StageEntry* known = table_.find(name);
   const std::string option = known == nullptr ? table_.missingOption(name) : "";
-  if (!option.empty()) {
+  if (!option.empty())
     return problems_.add(name_node->Mark(), "stage '" + name +
                                                 "' was not built; configure with -D" + option +
                                                 "=ON and its dependencies installed");
-  }
   if (known == nullptr && !with_plugins_ && !configuration_.plugins.empty()) {
     configuration_.unknown_stages.push_back(name);
     return;
@@ -130,9 +125,8 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
     problems_.addElsewhere(where, text);
   };
   const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos || equals == 0) {
+  if (equals == std::string::npos || equals == 0)
     return report("is not of the form stage.key=value");
-  }
   const std::string target = assignment.substr(0, equals);
   YAML::Node value;
   try {
@@ -166,9 +160,8 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
   }
   const std::vector<std::string>& unknown = configuration_.unknown_stages;
   const bool may_be_of_plugin = std::find(unknown.begin(), unknown.end(), name) != unknown.end();
-  if (!found && !may_be_of_plugin) {
+  if (!found && !may_be_of_plugin)
     report("there is no stage '" + name + "' in " + path_ + didYouMean(name, chain));
-  }
 }
 
 void ConfigurationReader::checkOrder(const std::vector<YAML::Mark>& marks) {

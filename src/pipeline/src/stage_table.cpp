@@ -8,12 +8,10 @@ namespace planar_mapping {
 
 void StageTable::add(StageEntry entry) {
   constexpr const char* kAllowed = "abcdefghijklmnopqrstuvwxyz0123456789_";
-  if (entry.name.empty() || entry.name.find_first_not_of(kAllowed) != std::string::npos) {
+  if (entry.name.empty() || entry.name.find_first_not_of(kAllowed) != std::string::npos)
     throw InputError("stage name '" + entry.name + "' is not snake_case");
-  }
-  if (find(entry.name) != nullptr) {
+  if (find(entry.name) != nullptr)
     throw InputError("there is a stage '" + entry.name + "' already; give yours another name");
-  }
   entries_.push_back(std::move(entry));
 }
 

@@ -70,11 +70,10 @@ io::Sequence waitForFrames(const std::vector<std::string>& inputs,
     } catch (const IoError& error) {
       missing = error.what();  // not yet there, perhaps
     }
-    if (patience.isOver()) {
+    if (patience.isOver())
       throw InputError(inputs.front() + ": no frame to map " +
                        (patience.isStopped() ? "until it was stopped" : "came in time") + " (" +
                        missing + ")");
-    }
     patience.wait(start);
   }
 }

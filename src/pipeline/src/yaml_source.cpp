@@ -59,9 +59,8 @@ bool readVector(const Parameter& parameter, const YAML::Node& node, ParameterVal
     const YAML::Node item = node[static_cast<std::size_t>(i)];
     sound = item.IsScalar() && isPlain(item) && parseNumber(item.Scalar(), vector[i]);
   }
-  if (!sound || !(vector.norm() > 0.0)) {
+  if (!sound || !(vector.norm() > 0.0))
     return reportType(parameter, node, "three numbers [x, y, z]", report);
-  }
   value = vector;
   return true;
 }
@@ -108,9 +107,8 @@ class DocumentGuard : public YAML::EventHandler {
   void count(const YAML::Mark& mark, int levels, bool has_content) {
     depth_ += levels;
     is_empty = is_empty && !has_content;
-    if (++nodes_ > kMaxNodes || depth_ > kMaxDepth) {
+    if (++nodes_ > kMaxNodes || depth_ > kMaxDepth)
       throw YAML::ParserException(mark, "there are more than 100,000 values or 32 levels");
-    }
   }
   int nodes_ = 0;
   int depth_ = 0;
@@ -222,9 +220,8 @@ bool readValue(const Parameter& parameter, const YAML::Node& node, ParameterValu
     case ParameterType::Word:
       return readWord(parameter, text, value, report);
     case ParameterType::Flag:
-      if (text != "true" && text != "false") {
+      if (text != "true" && text != "false")
         return reportType(parameter, node, "true or false", report);
-      }
       value = text == "true";
       return true;
     case ParameterType::Integer: {

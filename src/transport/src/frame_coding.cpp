@@ -102,9 +102,8 @@ Bytes compactPoints(const FrameCloud& cloud, const PinholeCamera& camera) {
 void readCompactPoints(ByteReader& reader, const PinholeCamera& camera, FrameCloud& cloud) {
   const std::vector<double> rows = slopes(cloud.height, camera.cy, camera.fy);
   const std::vector<double> columns = slopes(cloud.width, camera.cx, camera.fx);
-  if (rows.size() * columns.size() != cloud.size()) {
+  if (rows.size() * columns.size() != cloud.size())
     ByteReader::fail("camera", "does not suit the cloud");
-  }
   constexpr std::uint64_t kMax = std::numeric_limits<std::uint32_t>::max();
   const auto difference = [&reader]() {
     return fromZigzag(static_cast<std::uint32_t>(takeVarint(reader, kMax)));
@@ -227,27 +226,23 @@ void transferFields(Archive& archive, FrameType& frame) {
   archive.number(frame.images_changed, "images_changed");
   archive.number(frame.image_doubtful, "image_doubtful");
   transferPose(archive, frame.T_world_sensor, "T_world_sensor");
-  if (archive.optional(frame.given_pose, "given_pose")) {
+  if (archive.optional(frame.given_pose, "given_pose"))
     transferPose(archive, *frame.given_pose, "given_pose");
-  }
   if (archive.optional(frame.camera, "camera")) {
     auto& camera = *frame.camera;
-    for (auto* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) {
+    for (auto* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy})
       archive.number(*value, "camera");
-    }
     for (auto* value : {&camera.width, &camera.height}) archive.number(*value, "camera");
   }
   if (archive.optional(frame.baseline, "baseline")) archive.number(*frame.baseline, "baseline");
-  for (auto* value : {&frame.points_input, &frame.features, &frame.matches}) {
+  for (auto* value : {&frame.points_input, &frame.features, &frame.matches})
     archive.size(*value, "counts");
-  }
   archive.resize(frame.key_features, "key_features", kFeatureBytes, kMaxFeatures);
   for (auto& feature : frame.key_features) {
     archive.number(feature.track, "track");
     archive.number(feature.sightings, "sightings");
-    for (auto* value : {&feature.column, &feature.row, &feature.disparity}) {
+    for (auto* value : {&feature.column, &feature.row, &feature.disparity})
       archive.number(*value, "pixel");
-    }
     for (int axis = 0; axis < 3; ++axis) archive.number(feature.position[axis], "position");
   }
   archive.resize(frame.even, "even", 1, kMaxTiles);
@@ -277,9 +272,8 @@ void readImage(ByteReader& reader, Frame& frame) {
   std::vector<std::uint8_t> pixels;
   reader.resize(pixels, "image", 1, frame.cloud->size());
   if (pixels.empty()) return;
-  if (pixels.size() != frame.cloud->size() || !frame.camera) {
+  if (pixels.size() != frame.cloud->size() || !frame.camera)
     throw ProtocolError("field 'image' has another size than the cloud");
-  }
   const std::uint8_t* data = reader.take(pixels.size(), "image");
   pixels.assign(data, data + pixels.size());
   frame.images.left = {static_cast<int>(frame.cloud->width), static_cast<int>(frame.cloud->height),
@@ -293,11 +287,10 @@ std::vector<std::string> firstOf(const std::vector<std::string>& texts) {
 
 void writeCloud(ByteWriter& writer, const FrameCloud& cloud,
                 const std::optional<PinholeCamera>& camera, CloudEncoding encoding) {
-  if (std::size_t{cloud.width} * cloud.height != cloud.size()) {
+  if (std::size_t{cloud.width} * cloud.height != cloud.size())
     throw InputError("a cloud of " + std::to_string(cloud.width) + " x " +
                      std::to_string(cloud.height) + " has " + std::to_string(cloud.size()) +
                      " points");
-  }
   Bytes points;
   if (camera && encoding == CloudEncoding::Compact) points = compactPoints(cloud, *camera);
   const bool is_compact = !points.empty() && points.size() < cloud.size() * kRawPointBytes;

@@ -135,27 +135,23 @@ struct FrameListener::Impl {
                                    message.type == MessageType::Frame ||
                                    message.type == MessageType::End;
     if (!is_from_front_end) throw ProtocolError("a message came out of turn");
-    if (isServingAnother(message)) {
+    if (isServingAnother(message))
       return refuse(message, ByeReason::Busy,
                     "the mapping side is serving another front-end already");
-    }
     if (message.type == MessageType::Hello) return welcome(message);
     const auto described = decode<InputDescription>(reader);
-    if (described.frames < 1 || described.frames > kMaxFrames) {
+    if (described.frames < 1 || described.frames > kMaxFrames)
       ByteReader::fail("frames", "is not within 1 and 1e9");
-    }
-    if (input && !isSame(*input, described)) {
+    if (input && !isSame(*input, described))
       return refuse(message, ByeReason::OtherInput,
                     "this map was begun from another input (" + input->name + ", " +
                         std::to_string(input->frames) + " frames)");
-    }
     const auto count = decode<Count>(reader).frames;
     if (message.type == MessageType::Frame) return handleFrame(message, described, count, reader);
     if (count > received()) return;
-    if (count < received() || (!isOwner(message) && count != described.frames)) {
+    if (count < received() || (!isOwner(message) && count != described.frames))
       throw ProtocolError("it ends after " + std::to_string(count) + " frames, but " +
                           std::to_string(received()) + " came");
-    }
     setOwner(message);
     ended = true;
   }
@@ -205,9 +201,8 @@ struct FrameListener::Impl {
 
   bool isOwner(const Received& message) const { return owner == message.instance; }
   void setOwner(const Received& message) {
-    if (!owner_connected) {
+    if (!owner_connected)
       event(owner ? "a front-end is back" + position() : "a front-end is connected");
-    }
     owner = message.instance;
     owner_peer = message.peer;
     owner_connected = true;
@@ -255,9 +250,8 @@ struct FrameListener::Impl {
       bye = {ByeReason::Interrupted, "the mapping side was interrupted"};
     }
     if (owner_connected) greeted.push_back(owner_peer);
-    for (const std::string& peer : std::set<std::string>(greeted.begin(), greeted.end())) {
+    for (const std::string& peer : std::set<std::string>(greeted.begin(), greeted.end()))
       send(router, peer, MessageType::Bye, 0, encode(bye));
-    }
   }
 
   void event(const std::string& text) {
@@ -269,9 +263,8 @@ struct FrameListener::Impl {
     if (secondsSince(progress_at) <= options.timeout) return;
     const std::string within = " for " + secondsText(options.timeout);
     if (owner_connected) throw InputError("the front-end sent nothing" + within + position());
-    if (owner) {
+    if (owner)
       throw InputError("the front-end went away" + position() + " and did not come back" + within);
-    }
     throw InputError("no front-end connected" + within +
                      "; start one with 'planar_map frontend -i SEQUENCE --connect HOST:PORT', or "
                      "wait longer with --timeout");

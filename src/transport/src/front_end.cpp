@@ -39,10 +39,9 @@ class FrontEnd {
   }
   FrontEndResult run() {
     try {
-      while (!serveConnection()) {
+      while (!serveConnection())
         say("lost the connection to " + peer() + "; trying again for " +
             secondsText(options_.timeout));
-      }
     } catch (const Interrupted&) {
       sayGoodbye(ByeReason::Interrupted, "");
       result_.interrupted = true;
@@ -63,9 +62,8 @@ class FrontEnd {
     configure(socket_, address, options_.keys, kMaxControlBody, options_.timeout);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);
     socket_.set(zmq::sockopt::reconnect_ivl_max, kMaxReconnectMs);
-    if (!options_.keys.peers.empty()) {
+    if (!options_.keys.peers.empty())
       socket_.set(zmq::sockopt::curve_serverkey, options_.keys.peers.front());
-    }
     ::zmq_socket_monitor(socket_.handle(), kMonitorAddress,
                          ZMQ_EVENT_CONNECTED | ZMQ_EVENT_DISCONNECTED |
                              ZMQ_EVENT_HANDSHAKE_SUCCEEDED | kHandshakeFailed);
@@ -127,11 +125,10 @@ class FrontEnd {
     if (!frame) return false;
     kept_.push_back(encodeFrame(input_, produced_++, *frame, options_.encoding));
     const std::size_t size = kept_.back().size();
-    if (size > welcome_->max_frame) {
+    if (size > welcome_->max_frame)
       throw InputError("frame " + std::to_string(produced_ - 1) + " takes " + std::to_string(size) +
                        " bytes, and " + peer() + " takes " + std::to_string(welcome_->max_frame) +
                        " at most; start it with a larger --max-message-mb");
-    }
     return true;
   }
 
@@ -176,18 +173,15 @@ class FrontEnd {
     poll(socket_, monitor_, seconds);
     // Events last: whatever a connection brought was there before the event that it is lost.
     std::vector<int> events;
-    while (const std::optional<Received> event = receive(monitor_, false)) {
+    while (const std::optional<Received> event = receive(monitor_, false))
       events.push_back(*event->envelope.data<std::uint16_t>());
-    }
     while (std::optional<Received> received = receive(socket_, false)) handle(*received);
     for (const int event : events) handleEvent(event);
     while (produced_ - kept_.size() < acknowledged_) kept_.pop_front();
-    if (hello_due_) {
+    if (hello_due_)
       hello_due_ = transport::send(socket_, "", MessageType::Hello, instance_, {}) != Sent::Yes;
-    }
-    if (bye_ && bye_->reason != ByeReason::Done) {
+    if (bye_ && bye_->reason != ByeReason::Done)
       throw InputError(peer() + " ended the session: " + bye_->text);
-    }
     return welcome_ && !bye_;
   }
 
@@ -198,9 +192,8 @@ class FrontEnd {
       bye_ = decode<Bye>(reader);
     } else if (received.type == MessageType::Welcome && !welcome_) {
       welcome_ = decode<Welcome>(reader);
-      if (welcome_->window < 1 || welcome_->window > kMaxWindow) {
+      if (welcome_->window < 1 || welcome_->window > kMaxWindow)
         ByteReader::fail("window", "is not within 1 and 1024");
-      }
     } else if (received.type == MessageType::Ack) {
       const std::uint64_t frames = decode<Count>(reader).frames;
       if (!welcome_ || frames <= acknowledged_) return;

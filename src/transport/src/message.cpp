@@ -44,9 +44,8 @@ void Received::open() {
                        "; install the same planar_mapping on both sides");
   }
   reader.number(number, "type");
-  if (number < 1 || number > static_cast<std::uint16_t>(MessageType::Bye)) {
+  if (number < 1 || number > static_cast<std::uint16_t>(MessageType::Bye))
     ByteReader::fail("type", "has an unknown value");
-  }
   type = static_cast<MessageType>(number);
   reader.number(instance, "instance");
   reader.expectEnd();
@@ -71,9 +70,8 @@ void configure(zmq::socket_t& socket, const Endpoint& resolved, const Keys& keys
                std::size_t max_body, double timeout) {
   socket.set(zmq::sockopt::linger, kLingerMs);
   socket.set(zmq::sockopt::sndhwm, kMaxQueued);
-  if (!resolved.isIpc() && resolved.host.find(':') != std::string::npos) {
+  if (!resolved.isIpc() && resolved.host.find(':') != std::string::npos)
     socket.set(zmq::sockopt::ipv6, 1);
-  }
   socket.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_body));
   socket.set(zmq::sockopt::handshake_ivl, kHandshakeMs);
   socket.set(zmq::sockopt::heartbeat_ivl, kHeartbeatMs);
@@ -192,9 +190,8 @@ bool isLoopback(const Endpoint& endpoint) {
 Keys makeKeys() {
   char public_key[41] = {};
   char secret_key[41] = {};
-  if (::zmq_curve_keypair(public_key, secret_key) != 0) {
+  if (::zmq_curve_keypair(public_key, secret_key) != 0)
     throw Error(std::string("no keys can be made: ") + ::zmq_strerror(::zmq_errno()));
-  }
   return {secret_key, public_key, {}};
 }
 

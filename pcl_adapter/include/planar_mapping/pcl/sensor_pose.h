@@ -23,9 +23,8 @@ template <typename PointT>
 Pose sensorPoseOf(const pcl::PointCloud<PointT>& cloud) {
   const Vector3 origin = cloud.sensor_origin_.template head<3>().template cast<double>();
   const Eigen::Quaterniond orientation = cloud.sensor_orientation_.template cast<double>();
-  if (!origin.allFinite() || !orientation.coeffs().allFinite() || !(orientation.norm() > 0.0)) {
+  if (!origin.allFinite() || !orientation.coeffs().allFinite() || !(orientation.norm() > 0.0))
     throw InputError("the cloud's sensor_origin_ and sensor_orientation_ are no pose");
-  }
   Pose pose = Pose::Identity();
   pose.linear() = orientation.normalized().toRotationMatrix();
   pose.translation() = origin;

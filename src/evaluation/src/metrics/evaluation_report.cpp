@@ -23,9 +23,8 @@ bool belongs(const PlaceResult& result, const Summary& row) {
 /// Integers without a fraction, so that the tables read as they should.
 Json number(const std::optional<double>& value) {
   if (!value || !std::isfinite(*value)) return nullptr;
-  if (*value == std::floor(*value) && std::abs(*value) < 1e15) {
+  if (*value == std::floor(*value) && std::abs(*value) < 1e15)
     return static_cast<std::int64_t>(*value);
-  }
   return *value;
 }
 
@@ -147,9 +146,8 @@ std::vector<std::string> lossesOf(const Summary& ours, const Summary& other) {
     const std::optional<double> a = ours.median.*comparison.value;
     const std::optional<double> b = other.median.*comparison.value;
     if (!a || !b) continue;
-    if (comparison.sign * (*a - *b) > comparison.tolerance) {
+    if (comparison.sign * (*a - *b) > comparison.tolerance)
       losses.push_back(other.method + ":" + comparison.name);
-    }
   }
   return losses;
 }
@@ -168,9 +166,8 @@ std::vector<Summary> summarize(const std::vector<PlaceResult>& results) {
     for (const FigureColumn& column : figureColumns()) {
       std::vector<double> values;
       for (const PlaceResult& other : results) {
-        if (belongs(other, row) && other.figures.*column.value) {
+        if (belongs(other, row) && other.figures.*column.value)
           values.push_back(*(other.figures.*column.value));
-        }
       }
       row.lower.*column.value = quantile(values, 0.25);
       row.median.*column.value = quantile(values, 0.5);
@@ -213,18 +210,16 @@ std::string toCsv(const ReportHeader& header, const std::vector<PlaceResult>& re
   csv += "scene,cell_m,method,places";
   for (const FigureColumn& column : figureColumns()) csv += std::string(",") + column.name;
   csv += ",loses_to";
-  for (const FigureColumn& column : figureColumns()) {
+  for (const FigureColumn& column : figureColumns())
     csv += std::string(",") + column.name + "_q1," + column.name + "_q3";
-  }
   csv += "\n";
   for (const Summary& row : summarize(results)) {
     csv += quotedForCsv(row.scene) + "," + text(row.cell) + "," + quotedForCsv(row.method) + "," +
            std::to_string(row.places);
     for (const FigureColumn& column : figureColumns()) csv += "," + text(row.median.*column.value);
     csv += "," + joined(row.losses, ";");
-    for (const FigureColumn& column : figureColumns()) {
+    for (const FigureColumn& column : figureColumns())
       csv += "," + text(row.lower.*column.value) + "," + text(row.upper.*column.value);
-    }
     csv += "\n";
   }
   return csv;

@@ -22,9 +22,8 @@ Pose relativeError(const std::vector<Pose>& estimate, const std::vector<Pose>& r
 
 void requireFinite(const std::vector<Pose>& poses, const char* which) {
   for (const Pose& pose : poses) {
-    if (!pose.matrix().allFinite()) {
+    if (!pose.matrix().allFinite())
       throw InputError(std::string("a pose of the ") + which + " trajectory is not finite");
-    }
   }
 }
 
@@ -73,10 +72,9 @@ void addSteps(const std::vector<Pose>& estimate, const std::vector<Pose>& refere
 
 TrajectoryError trajectoryError(const std::vector<Pose>& estimate,
                                 const std::vector<Pose>& reference) {
-  if (estimate.size() != reference.size()) {
+  if (estimate.size() != reference.size())
     throw InputError("the trajectories have " + std::to_string(estimate.size()) + " and " +
                      std::to_string(reference.size()) + " poses");
-  }
   requireFinite(estimate, "estimated");
   requireFinite(reference, "reference");
   TrajectoryError error;

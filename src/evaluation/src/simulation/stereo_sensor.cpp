@@ -209,9 +209,8 @@ std::vector<float> pointsOf(const std::vector<float>& disparity, const PinholeCa
       if (disparity[i] <= 0.0f) continue;
       const double z = baseline * camera.fx / disparity[i];
       const Vector3 point = z * camera.rayOf(column, row);
-      for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t k = 0; k < 3; ++k)
         xyz[3 * i + k] = static_cast<float>(point[static_cast<int>(k)]);
-      }
     }
   return xyz;
 }

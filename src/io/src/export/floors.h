@@ -25,11 +25,10 @@ struct Raster {
     };
     const Eigen::Array2i first = cellOf(place - reach), end = cellOf(place + reach);
     for (int y = first.y(); y <= end.y(); ++y) {
-      for (int x = first.x(); x <= end.x(); ++x) {
+      for (int x = first.x(); x <= end.x(); ++x)
         visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x()) +
                   static_cast<std::size_t>(x),
               Vector2(origin + cell * Vector2(x + 0.5, y + 0.5)));
-      }
     }
   }
 };

@@ -73,9 +73,8 @@ void writeFiles(const std::vector<std::string>& paths, const Contents& contents,
 /// A name that needs no quotes in any format.
 void requireName(const std::string& frame_id) {
   for (const char c : frame_id) {
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_-./", c) != nullptr) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_-./", c) != nullptr)
       continue;
-    }
     throw ParameterError("frame_id is '" + frame_id + "', but must be of letters, digits and _-./");
   }
   if (frame_id.empty()) throw ParameterError("frame_id must not be empty");
@@ -133,9 +132,7 @@ void exportMap(const PlanarMap& map, const std::string& path, const ExportOption
   requireInRange("spacing", options.spacing, 0.0, 1e6, "m");
   requireName(options.frame_id);
   if (format.extension == std::string(".pmap")) return saveMap(map, path, options.overwrite);
-  if (format.write == nullptr) {
-    return saveMapJson(map, path, options.overwrite, options.frame_id);
-  }
+  if (format.write == nullptr) return saveMapJson(map, path, options.overwrite, options.frame_id);
   const Contents contents = format.write(exportedOf(map, format.space, options), path);
   if (isFolder(path)) {
     std::error_code error;

@@ -21,17 +21,13 @@ Contents writePly(const ExportedMap& map, const std::string&) {
     const Colour colour = colourOf(cuboid);
     for (const Vector3& corner : corners(cuboid)) {
       appendFloats(out, corner);
-      for (const int part : {colour.red, colour.green, colour.blue}) {
-        out += static_cast<char>(part);
-      }
+      for (const int part : {colour.red, colour.green, colour.blue}) out += static_cast<char>(part);
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
     for (const auto& triangle : kTriangles) {
       out += '\3';
-      for (const int k : triangle) {
-        appendBytes(out, static_cast<std::int32_t>(8 * i) + k);
-      }
+      for (const int k : triangle) appendBytes(out, static_cast<std::int32_t>(8 * i) + k);
     }
   }
   return {std::move(out)};
@@ -39,9 +35,7 @@ Contents writePly(const ExportedMap& map, const std::string&) {
 
 Contents writeObj(const ExportedMap& map, const std::string& path) {
   std::map<std::string, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
-    groups[groupOf(map.cuboids[i])].push_back(i);
-  }
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i) groups[groupOf(map.cuboids[i])].push_back(i);
   std::string out = "# planar_mapping, metres\n" + originNote(map, "# ", "\n") + "mtllib " +
                     stemOf(path) + ".mtl\n";
   std::string materials = "# planar_mapping\n";
@@ -127,9 +121,8 @@ class Model {
     const std::size_t indices = buffer_.size();
     for (std::size_t i = 0; i < cuboids.size(); ++i) {
       for (const auto& triangle : kTriangles) {
-        for (const int k : triangle) {
+        for (const int k : triangle)
           appendBytes(buffer_, static_cast<std::uint32_t>(8 * i) + static_cast<std::uint32_t>(k));
-        }
       }
     }
     parts_.push_back({indices, buffer_.size() - indices, kIndices, kUnsignedInt,
@@ -157,9 +150,7 @@ class Model {
         "{\"asset\":{\"version\":\"2.0\",\"generator\":\"planar_mapping\"},\"scene\":0,\"scenes\":"
         "[{\"nodes\":[0]}],\"nodes\":[{\"name\":\"planar_map\",\"rotation\":[";
     append(json, listOf(turn, ","), ']');
-    if (!origin.isZero(0.0)) {
-      append(json, ",\"extras\":{\"origin_m\":[", listOf(origin, ","), "]}");
-    }
+    if (!origin.isZero(0.0)) append(json, ",\"extras\":{\"origin_m\":[", listOf(origin, ","), "]}");
     if (meshes_ > 0) json += ",\"children\":[";
     for (int i = 1; i <= meshes_; ++i) append(json, i > 1 ? "," : "", i);
     if (meshes_ > 0) json += ']';

@@ -214,10 +214,9 @@ Contents writePgm(const ExportedMap& map, const std::string& path) {
       concatenated("# planar_mapping, frame ", map.options.frame_id, ", from ",
                    grid.ground + map.options.band.low, " to ", grid.ground + map.options.band.high,
                    " m along its up axis where the ground is at ", grid.ground, "\n");
-  if (!map.up.isApprox(Vector3::UnitZ())) {
+  if (!map.up.isApprox(Vector3::UnitZ()))
     append(yaml, "# The axes are those of the map turned by the quaternion x, y, z, w: ",
            listOf(turning(map.up, Vector3::UnitZ()), ", "), '\n');
-  }
   // 205 is read as unknown only with a threshold of 0.196, not with 0.25.
   append(yaml, originNote(map, "# ", ": the place of the map's own origin in the world\n"),
          "image: ", stemOf(path), ".pgm\nmode: trinary\nresolution: ", grid.cell, "\norigin: [",

@@ -116,9 +116,8 @@ class Builder : public octomap::OcTree {
       if (!boxes_[i].meets(cube.center, sides)) continue;
       cuboids_.push_back(i);
       belief = std::max(belief, map_.cuboids[i].probability);
-      if (!is_cell && boxes_[i].contains(cube.center, sides)) {
+      if (!is_cell && boxes_[i].contains(cube.center, sides))
         whole = std::max(whole, map_.cuboids[i].probability);
-      }
     }
     met.end = cuboids_.size();
     if (!met.empty() && (is_cell || whole == belief)) {

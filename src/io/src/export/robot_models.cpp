@@ -91,10 +91,9 @@ Contents writeUrdf(const ExportedMap& map, const std::string& path) {
   std::string out = xmlHead(map) + "<robot name=\"" + escaped(stemOf(path)) + "\">\n";
   std::map<std::string, Colour> materials;
   for (const Cuboid& c : map.cuboids) materials.emplace(groupOf(c), colourOf(c));
-  for (const auto& [name, colour] : materials) {
+  for (const auto& [name, colour] : materials)
     append(out, "<material name=\"", name, "\"><color rgba=\"", rgbaOf(colour),
            "\"/></material>\n");
-  }
   out += "<link name=\"" + escaped(map.options.frame_id) + "\">\n";
   appendBoxes(out, map, kWords, [](std::string& look, const Cuboid& cuboid) {
     look += "<material name=\"" + groupOf(cuboid) + "\"/>";

@@ -70,9 +70,8 @@ Contents writeVtp(const ExportedMap& map, const std::string&) {
     out += '\n';
   });
   appendArray(out, map, "type=\"Int64\" Name=\"offsets\"", [&](const Cuboid&, std::size_t i) {
-    for (std::size_t face = 1; face <= 6; ++face) {
+    for (std::size_t face = 1; face <= 6; ++face)
       append(out, 24 * i + 4 * face, face < 6 ? ' ' : '\n');
-    }
   });
   out += "</Polys>\n<CellData Scalars=\"plane_id\">\n";
   appendCellArray(out, map, "Int32", "cuboid_id", [](const Cuboid&, std::size_t i) { return i; });
@@ -103,10 +102,9 @@ Contents writePoints(const ExportedMap& map, const std::string&) {
       count += 2.0 * (x * y + y * z + z * x);
     }
   }
-  if (!(count <= static_cast<double>(kMaxPoints))) {
+  if (!(count <= static_cast<double>(kMaxPoints)))
     throw ParameterError("a spacing of " + std::to_string(spacing) +
                          " m gives more than 50 million points; take a larger one");
-  }
   const std::string points = std::to_string(static_cast<std::size_t>(count));
   std::string out =
       "# .PCD v0.7 - Point Cloud Data file format\n" + originNote(map, "# ", "\n") +
@@ -137,10 +135,9 @@ Contents writePoints(const ExportedMap& map, const std::string&) {
       const double along_a = parts(c.size[a]), along_b = parts(c.size[b]);
       for (const double side : {-0.5, 0.5}) {
         for (double u = 0.5; u < along_a; ++u) {
-          for (double v = 0.5; v < along_b; ++v) {
+          for (double v = 0.5; v < along_b; ++v)
             add(c.center + side * axes.col(k) + (u / along_a - 0.5) * axes.col(a) +
                 (v / along_b - 0.5) * axes.col(b));
-          }
         }
       }
     }

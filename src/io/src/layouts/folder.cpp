@@ -184,11 +184,10 @@ std::vector<std::string> imageFilesOf(const std::string& folder) {
 
 std::vector<std::string> depthFilesOf(const std::string& folder) {
   const std::vector<std::string> depths = filesEndingWith({".png"}, folder);
-  if (depths.empty()) {
+  if (depths.empty())
     throw IoError(folder,
                   "holds no PNG images; depth of other kinds (.npy, .exr, .tiff, .raw) is to be "
                   "written as PNG of 16 bits, metres times depth_scale (calib.yaml), 0 = none");
-  }
   return depths;
 }
 

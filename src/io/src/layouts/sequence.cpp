@@ -36,9 +36,8 @@ class Undistorter {
 
   /// The nearest pixel's depth: one between two surfaces is none of both.
   DepthImage undistorted(const DepthImage& image) const {
-    if (image.values.size() != columns_.size() || static_cast<int>(image.width) != width_) {
+    if (image.values.size() != columns_.size() || static_cast<int>(image.width) != width_)
       return image;
-    }
     DepthImage out{image.width, image.height, std::vector<std::uint16_t>(columns_.size(), 0)};
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (columns_[i] < 0.0f) continue;

@@ -62,10 +62,9 @@ bool hasStray(const std::string& folder) {
 Description readStray(const std::string& folder, const SequenceOptions& options) {
   Description description("Stray Scanner", SequenceKind::Rgbd);
   const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
-  if (options.calibration_file.empty()) {
+  if (options.calibration_file.empty())
     description.calibration =
         readCamera(joined(folder, "camera_matrix.csv"), readDepthPng(depths.front()));
-  }
   const std::map<std::string, StampedPose> odometry = readOdometry(joined(folder, "odometry.csv"));
   const std::string confidence = joined(folder, "confidence");
   const FilesByName confidences =

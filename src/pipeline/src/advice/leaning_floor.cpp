@@ -58,10 +58,9 @@ std::optional<LeaningFloor> otherAxis(const PlanarMap& map, const Areas& areas, 
   for (int i = 0; i < 3; ++i) {
     const Vector3 axis = Vector3::Unit(i);
     const double area = areaAlong(axis, planes);
-    if (planes > 1 && area > kMinOther * all && std::abs(axis.dot(up)) < std::cos(kSteep)) {
+    if (planes > 1 && area > kMinOther * all && std::abs(axis.dot(up)) < std::cos(kSteep))
       return LeaningFloor{area, std::acos(std::abs(axis.dot(up))), LeaningFloor::Kind::OtherAxis,
                           axis};
-    }
   }
   return std::nullopt;
 }

@@ -94,9 +94,8 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
         }
       }
     }
-    if (nearest < 2.0 * kSide) {
+    if (nearest < 2.0 * kSide)
       distances[std::abs(normal.dot(usual)) > std::sqrt(0.5) ? 0 : 1].push_back(nearest);
-    }
   }
   before_ = now;
   double misfit = 0.0;

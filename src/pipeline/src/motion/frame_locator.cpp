@@ -159,14 +159,12 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
       return Placement{};
     }
     if (near.found) {
-      if (agrees(near.T_world_sensor, expected, false)) {
+      if (agrees(near.T_world_sensor, expected, false))
         return helped(frame, near.T_world_sensor, near.covariance, expected, false);
-      }
 #ifdef PLANAR_MAPPING_HAS_STEREO
       const std::optional<Pose> refined = views_->refined(view_, near.T_world_sensor);
-      if (refined && agrees(*refined, expected, false)) {
+      if (refined && agrees(*refined, expected, false))
         return helped(frame, *refined, covarianceByViews(), expected, true);
-      }
       candidates.push_back({refined.value_or(near.T_world_sensor)});
 #endif
     }
@@ -264,9 +262,8 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(
         view_, guess, candidates,
         lost_ > kFewLost ? ViewGuess::Nothing
                          : (odometry_.hasVelocity() ? ViewGuess::Motion : ViewGuess::Place));
-    if (far.found && !mayHaveSlid(far.T_world_sensor)) {
+    if (far.found && !mayHaveSlid(far.T_world_sensor))
       return helped(frame, far.T_world_sensor, covarianceByViews(), far.T_world_sensor, true);
-    }
     doubt_ = far.found ? kLooksTheSame : far.reason;
     return std::nullopt;
   }

@@ -113,9 +113,8 @@ class KeyFeaturesStage : public Stage {
     table.basic({"source", "detector", "max_features"});
   }
   void configure(const RunSettings& settings) override {
-    if (source_ == Source::Image && registered_ == Registered::No) {
+    if (source_ == Source::Image && registered_ == Registered::No)
       throw ParameterError("source 'image' and registered 'false' leave nothing to look at");
-    }
     tracker_params_.threads = settings.threads;
     sampler_params_.remember_frames = tracker_params_.remember_frames;
     tracker_ = FeatureTracker(tracker_params_);
@@ -129,11 +128,10 @@ class KeyFeaturesStage : public Stage {
     const bool pair = !frame.images.right.empty() && frame.images.calibration;
     if (!pair && alignColour(registered_, registration_, frame)) tracker_.reset();
     const bool depth = showsTheCloud(frame);
-    if (source_ == Source::Image && !pair && !depth) {
+    if (source_ == Source::Image && !pair && !depth)
       throw InputError(
           "key_features: source is 'image', but the input has none of the size of the "
           "cloud");
-    }
     if (source_ != Source::Cloud && (pair || depth)) {
       trackImages(frame, pair);
     } else {
@@ -174,11 +172,10 @@ class KeyFeaturesStage : public Stage {
     add("key_features.detect_ms", report.detect_ms);
     add("key_features.stereo_ms", report.stereo_ms);
     add("key_features.track_ms", report.track_ms);
-    if (report.swapped) {
+    if (report.swapped)
       frame.skip_reason = "left and right images seem to be exchanged: " +
                           std::to_string(report.negative_disparities) +
                           " features have a negative disparity";
-    }
   }
 
   void sampleCloud(Frame& frame) {

@@ -91,9 +91,8 @@ class KlOccupancyStage : public Stage {
   void process(Frame& frame) override {
     std::vector<std::int32_t> labels(frame.cloud->size(), -1);
     for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
-      for (const int i : frame.planes[plane].inliers) {
+      for (const int i : frame.planes[plane].inliers)
         labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
-      }
     }
     filter_.setInputCloud(frame.cloud);
     filter_.setIndices(detail::sharedIndices(frame.indices));

@@ -54,14 +54,12 @@ std::string otherConvention(const Pose& last, const Pose& given, const Pose& see
       "of a camera that looks along -z, y up (OpenGL; turn each by 180 "
       "degrees about x)";
   const std::string inverse = "of the world in the camera's frame (give their inverses)";
-  if (is_turned || is_inverse) {
+  if (is_turned || is_inverse)
     return "; they agree as poses " + (is_turned ? turned : "") +
            (is_turned && is_inverse ? ", or " : "") + (is_inverse ? inverse : "");
-  }
-  if (const auto scale = scaleOf(last.inverse() * given, last.inverse() * seen)) {
+  if (const auto scale = scaleOf(last.inverse() * given, last.inverse() * seen))
     return "; they agree but for the length of the step, " + rounded(*scale, 2) +
            " times that of the poses: depth_scale or baseline_m is wrong, or the poses' unit";
-  }
   return kUnknownCause;
 }
 
@@ -222,11 +220,10 @@ FrameMotion MotionEstimationStage::motionTo(const Pose& T_world_sensor,
 
 void MotionEstimationStage::takeGiven(Frame& frame) {
   frame.T_world_sensor = *frame.given_pose;
-  if (locator_->lastPose()) {
+  if (locator_->lastPose())
     frame.motion =
         motionTo(frame.T_world_sensor,
                  2.0 * poseCovariance(keys_.given_position_error, keys_.given_orientation_error));
-  }
   locator_->setLastPose(frame.T_world_sensor);
 }
 
@@ -325,14 +322,12 @@ void MotionEstimationStage::registerFrame(Frame& frame, bool given) {
     out_of_order_ = false;
   }
   locator_->setLastPose(frame.T_world_sensor);
-  if (given && result.from_prior && !result.reason.empty()) {
+  if (given && result.from_prior && !result.reason.empty())
     frame.notes.push_back(frame.source + ": given pose taken as it is: " + result.reason);
-  }
-  if (result.jump) {
+  if (result.jump)
     frame.notes.push_back(frame.source + ": a jump of " +
                           rounded(result.motion->T_now_before.translation().norm(), 3) +
                           " m, found by known features");
-  }
 }
 
 /// The first pose. A cloud to go by does not need features, nor does a frame that none follows. But
@@ -357,10 +352,9 @@ std::string MotionEstimationStage::saveState() const {
   StateWriter writer;
   writer(out_of_order_, given_.contradicted, given_.agreed, given_.T_world_given,
          given_.uncorrected, locator_.has_value());
-  if (locator_) {
+  if (locator_)
     writer(keys_.odometry.camera, keys_.surface.cell, keys_.surface.reach, locator_->usesClouds(),
            locator_->saveState());
-  }
   return writer.take();
 }
 

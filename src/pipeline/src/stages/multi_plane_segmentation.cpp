@@ -82,9 +82,8 @@ class MultiPlaneSegmentationStage : public Stage {
     constexpr std::size_t kSmallest = 50;
     constexpr std::size_t kFraction = 300;
     if (!distance_threshold_) distance_threshold_ = 0.5 * automaticResolution(scale);
-    if (!min_inliers_) {
+    if (!min_inliers_)
       min_inliers_ = static_cast<int>(std::max(kSmallest, scale.points / kFraction));
-    }
     up_ = scale.up;
     noise_.adapt(scale);
     params_.noise = noise_.optionalNoise();

@@ -148,9 +148,8 @@ class PlanarCuboidApproximationStage : public Stage {
       max_range_ = withinLimit(params_.unseen == Unseen::Free ? mapped : kMaxCells * *resolution_);
     }
     if (!up_) up_ = scale.up;
-    if (unknown_space_ == UnknownSpace::Auto) {
+    if (unknown_space_ == UnknownSpace::Auto)
       unknown_space_ = scale.has_sensor ? UnknownSpace::Yes : UnknownSpace::No;
-    }
     params_.unknown_space = unknown_space_ == UnknownSpace::Yes;
     noise_.adapt(scale);
     params_.approximation.resolution = *resolution_;

@@ -46,9 +46,8 @@ class VoxelGridStage : public Stage {
     }
     const std::size_t kept = reduced->size();
     // Ground points stay as they are: they still have to clear the space above them.
-    for (const int i : frame.ground) {
+    for (const int i : frame.ground)
       reduced->points.push_back((*frame.cloud)[static_cast<std::size_t>(i)]);
-    }
     reduced->width = static_cast<std::uint32_t>(reduced->size());
     reduced->height = 1;
     reduced->is_dense = true;
@@ -57,9 +56,8 @@ class VoxelGridStage : public Stage {
     frame.camera.reset();  // no longer an image
     frame.indices.resize(kept);
     for (std::size_t i = 0; i < kept; ++i) frame.indices[i] = static_cast<int>(i);
-    for (std::size_t i = 0; i < frame.ground.size(); ++i) {
+    for (std::size_t i = 0; i < frame.ground.size(); ++i)
       frame.ground[i] = static_cast<int>(kept + i);
-    }
   }
 
  private:
@@ -70,11 +68,10 @@ class VoxelGridStage : public Stage {
     pcl::getMinMax3D(*frame.cloud, frame.indices, low, high);
     const Vector3 size = high.head<3>().cast<double>() - low.head<3>().cast<double>();
     const Vector3 cells = size / leaf_size_ + Vector3::Ones() * 2.0;
-    if (cells.prod() >= static_cast<double>(std::numeric_limits<std::int32_t>::max())) {
+    if (cells.prod() >= static_cast<double>(std::numeric_limits<std::int32_t>::max()))
       throw InputError(frame.source + ": voxel_grid: leaf_size_m = " + formatNumber(leaf_size_) +
                        " m is too small for a cloud of " + formatNumber(size.maxCoeff()) +
                        " m; use a larger one or crop the cloud before");
-    }
   }
 
   double leaf_size_ = 0.05;
@@ -139,9 +136,8 @@ class CropBoxStage : public Stage {
   void configure(const RunSettings&) override {
     for (int i = 0; i < 3; ++i) {
       const std::string axis(1, "xyz"[i]);
-      if (low_[i] > high_[i]) {
+      if (low_[i] > high_[i])
         throw ParameterError("min_" + axis + "_m", low_[i], "<= max_" + axis + "_m", "m");
-      }
     }
   }
   void process(Frame& frame) override {

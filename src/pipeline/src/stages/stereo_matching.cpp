@@ -18,11 +18,10 @@ namespace {
 std::string problemOf(const FrameImages& images) {
   const io::Image& left = images.left;
   const io::Image& right = images.right;
-  if (left.empty() && right.empty()) {
+  if (left.empty() && right.empty())
     throw InputError(
         "the input has no image pairs, which stereo_matching needs; take it out of "
         "the configuration for inputs that bring depth or clouds");
-  }
   if (!images.calibration) throw InputError("an image pair needs a calib.yaml");
   if (left.empty() || right.empty())
     return std::string("there is no ") + (left.empty() ? "left" : "right") + " image";
@@ -35,10 +34,9 @@ std::string problemOf(const FrameImages& images) {
 
 /// Why the disparities of a pair are of no use; empty if they are.
 std::string problemOf(const StereoReport& report, double min_brightness, double min_density) {
-  if (report.brightness < min_brightness) {
+  if (report.brightness < min_brightness)
     return "the left image is black: its mean gray value is " +
            detail::rounded(report.brightness, 1) + " of 255";
-  }
   if (report.swapped) return "left and right images seem to be exchanged: disparities are negative";
   if (report.density >= min_density) return "";
   return "only " + detail::rounded(100.0 * report.density, 1) +

@@ -172,9 +172,8 @@ Ticks valueTicks(const Chart& chart) {
 /// A tick at each x of any series.
 Ticks argumentTicks(const Chart& chart) {
   std::vector<double> xs;
-  for (const ChartSeries& series : chart.series) {
+  for (const ChartSeries& series : chart.series)
     xs.insert(xs.end(), series.x.begin(), series.x.end());
-  }
   std::sort(xs.begin(), xs.end());
   xs.erase(std::unique(xs.begin(), xs.end()), xs.end());
   if (xs.empty()) xs = {0.0, 1.0};
@@ -348,10 +347,9 @@ void ChartPage::validate() const {
       const bool spread_fits = series.low.empty()
                                    ? series.high.empty()
                                    : series.low.size() == size && series.high.size() == size;
-      if (series.y.size() != size || !spread_fits) {
+      if (series.y.size() != size || !spread_fits)
         throw InputError("chart '" + chart.title + "': the values of series '" + series.name +
                          "' differ in number");
-      }
     }
   }
 }
@@ -366,14 +364,12 @@ Image renderCharts(const ChartPage& page) {
   const int height = rows * page.chart_height + legend.height();
   requireInRange("height of the page", height, 1, 16384, "px");
   std::vector<vtkSmartPointer<vtkAbstractContextItem>> items;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count; ++i)
     items.push_back(
         makeChart(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), height));
-  }
   const auto write = [&](Canvas& canvas) {
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i)
       writeTexts(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), canvas);
-    }
     legend.draw(rows * page.chart_height, canvas);
   };
   Image image = visualization::drawPage(width, height, {255, 255, 255}, write, items);

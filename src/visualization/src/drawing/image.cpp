@@ -23,11 +23,10 @@ bool isBlank(const Image& image, int tolerance) {
 }
 
 ImageDifference compareImages(const Image& a, const Image& b) {
-  if (a.width != b.width || a.height != b.height) {
+  if (a.width != b.width || a.height != b.height)
     throw InputError("the pictures differ in size: " + std::to_string(a.width) + "x" +
                      std::to_string(a.height) + " and " + std::to_string(b.width) + "x" +
                      std::to_string(b.height));
-  }
   ImageDifference difference;
   if (a.pixels.empty()) return difference;
   double sum = 0.0;

@@ -195,12 +195,10 @@ void drawPath(const SceneContent& content, const Plan& plan, double font, Canvas
 void drawGrid(const Plan& plan, Canvas& canvas) {
   const GroundFrame& f = plan.frame;
   if (f.step * plan.pixels_per_metre < 4.0) return;
-  for (const double v : visualization::multiples(f.low_right, f.high_right, f.step)) {
+  for (const double v : visualization::multiples(f.low_right, f.high_right, f.step))
     canvas.line({plan.at(v, f.low_forward), plan.at(v, f.high_forward)}, 1.0, kGrid);
-  }
-  for (const double v : visualization::multiples(f.low_forward, f.high_forward, f.step)) {
+  for (const double v : visualization::multiples(f.low_forward, f.high_forward, f.step))
     canvas.line({plan.at(f.low_right, v), plan.at(f.high_right, v)}, 1.0, kGrid);
-  }
 }
 
 void drawRulers(const Plan& plan, double font, Canvas& canvas) {
@@ -259,10 +257,9 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
       canvas.textSize(visualization::shortNumber(metres) + " m", 0.85 * font).x();
   if (std::min(left.x(), 0.5 * (left.x() + right.x() - text_width)) < x) return;
   canvas.line({left, right}, 0.18 * font, kInk);
-  for (const Vector2& end : {left, right}) {
+  for (const Vector2& end : {left, right})
     canvas.line({end - Vector2(0.0, 0.3 * font), end + Vector2(0.0, 0.3 * font)}, 0.14 * font,
                 kInk);
-  }
   canvas.text(visualization::shortNumber(metres) + " m",
               0.5 * (left + right) - Vector2(0.0, 0.75 * font), 0.85 * font, 0, kInk);
 }
@@ -272,9 +269,8 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
 void ProjectionOptions::validate() const {
   requireInRange("lowest height of the projection", lowest, -1000.0, 1000.0, "m");
   requireInRange("highest height of the projection", highest, -1000.0, 1000.0, "m");
-  if (!(highest > lowest)) {
+  if (!(highest > lowest))
     throw ParameterError("the projection's heights are empty: highest must exceed lowest");
-  }
   requireInRange("fraction of the projection", fraction, 0.0, 1.0);
 }
 
@@ -283,9 +279,8 @@ Image drawProjection2d(const SceneContent& content, const ViewOptions& options,
   content.validate();
   options.validate();
   projection.validate();
-  if (content.cuboids.empty() && content.unknown.empty()) {
+  if (content.cuboids.empty() && content.unknown.empty())
     throw InputError("there is nothing to project: the map is empty");
-  }
   const double font = std::max(10.0, 0.026 * std::min(options.width, options.height));
   const Plan plan = makePlan(content, options, font);
   std::vector<std::uint8_t> obstacles;

@@ -247,13 +247,11 @@ CameraView placeCamera(const SceneContent& content, const ViewOptions& options) 
   CameraView view;
   Vector3 up = content.up.normalized();
   if (options.camera == CameraPreset::FirstPerson) {
-    if (content.trajectory.empty() && !options.camera_position) {
+    if (content.trajectory.empty() && !options.camera_position)
       throw InputError("no trajectory to look along: give a camera position, or another camera");
-    }
     view.view_angle = kEyeViewAngle;
-    if (!content.trajectory.empty()) {
+    if (!content.trajectory.empty())
       lookAlong(content.trajectory.back(), looksAlongZ(content), view, up);
-    }
     view.view_angle = 2.0 * std::atan(std::tan(0.5 * view.view_angle) / options.zoom);
   } else {
     const std::vector<Vector3> points = extremePoints(content, options);
@@ -264,9 +262,8 @@ CameraView placeCamera(const SceneContent& content, const ViewOptions& options) 
       horizontalAxes(content.up, right, up);
     }
     if (options.view_up) up = options.view_up->normalized();
-    if (direction.cross(up).norm() < 1e-6) {
+    if (direction.cross(up).norm() < 1e-6)
       throw ParameterError("view up lies along the line of sight");
-    }
     view.parallel = options.camera != CameraPreset::Iso;
     view.view_angle = kIsoViewAngle;
     const double aspect = static_cast<double>(options.width) / options.height;
@@ -292,9 +289,8 @@ CameraView placeCamera(const SceneContent& content, const ViewOptions& options) 
   }
   if (options.view_up) up = options.view_up->normalized();
   const Vector3 sight = view.focal_point - view.position;
-  if (!(sight.norm() > 1e-9)) {
+  if (!(sight.norm() > 1e-9))
     throw ParameterError("camera position and focal point are the same point");
-  }
   Vector3 right = sight.normalized().cross(up);
   if (right.norm() < 1e-6) {
     if (options.view_up) throw ParameterError("view up lies along the line of sight");

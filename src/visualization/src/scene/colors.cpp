@@ -55,10 +55,9 @@ Color colorFromString(const std::string& text) {
   }
   const bool hex = text.size() == 7 && text[0] == '#' &&
                    text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
-  if (!hex) {
+  if (!hex)
     throw ParameterError("the colour is '" + text +
                          "', but must be #rrggbb or one of white, black, gray, light, dark");
-  }
   const unsigned long value = std::stoul(text.substr(1), nullptr, 16);
   return {static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>((value >> 8) & 0xffu),
           static_cast<std::uint8_t>(value & 0xffu)};

@@ -100,14 +100,12 @@ Props makeGroundGrid(const GroundFrame& frame, const Vector3& origin, bool on_da
   vtkNew<vtkCellArray> lines;
   // A little below the ground: cuboids that lie on it hide it.
   const Vector3 shift = -origin - 0.004 * frame.up;
-  for (const double x : multiples(frame.low_right, frame.high_right, frame.step)) {
+  for (const double x : multiples(frame.low_right, frame.high_right, frame.step))
     insertSegment(points, lines, frame.point(x, frame.low_forward) + shift,
                   frame.point(x, frame.high_forward) + shift);
-  }
-  for (const double y : multiples(frame.low_forward, frame.high_forward, frame.step)) {
+  for (const double y : multiples(frame.low_forward, frame.high_forward, frame.step))
     insertSegment(points, lines, frame.point(frame.low_right, y) + shift,
                   frame.point(frame.high_right, y) + shift);
-  }
   auto actor = actorOf(linesOf(points, lines), false);
   // Behind faces that lie exactly on a line of the grid.
   vtkMapper* mapper = actor->GetMapper();
@@ -144,9 +142,8 @@ Props makeRuler(const GroundFrame& frame, const Vector3& origin, const CameraVie
         (view.parallel ? view.parallel_scale : depth_of * std::tan(0.5 * view.view_angle));
     const double x = 0.5 * picture_width + pixels_per_metre * to.dot(right_of_picture);
     const double y = 0.5 * picture_height + pixels_per_metre * to.dot(view.view_up);
-    if (captions.takeCentered(text, x, y, pixels)) {
+    if (captions.takeCentered(text, x, y, pixels))
       props.push_back(billboard(text, at - origin, pixels, on_dark));
-    }
   };
   const auto numbers = [&](double low, double high, const std::string& name, const auto& place) {
     add(name.empty() ? "m" : name + " (m)", place(0.5 * (low + high), 2.5));
@@ -194,10 +191,9 @@ Props makeCornerAxes(const CameraView& view, int picture_width, int picture_heig
     const Vector2 at = length > 1e-9 ? Vector2(tip * (1.0 + 0.32 * size / length)) : tip;
     const std::string letter(1, "xyz"[axis]);
     const double pixels = std::max(8.0, 0.36 * size);  // no font is smaller
-    if (length > 0.3 * size && letters.takeCentered(letter, cx + at.x(), cy + at.y(), pixels)) {
+    if (length > 0.3 * size && letters.takeCentered(letter, cx + at.x(), cy + at.y(), pixels))
       props.push_back(
           makeText(letter, cx + at.x(), cy + at.y(), 0.36 * size, on_dark, false, true));
-    }
   }
   return props;
 }
@@ -277,9 +273,7 @@ Props makeCloud(const SceneCloud& cloud, const Vector3& origin, double point_siz
     if (!p.allFinite()) continue;
     const vtkIdType id = insert(points, p - origin);
     vertices->InsertNextCell(1, &id);
-    if (!cloud.rgb.empty()) {
-      colors->InsertNextTypedTuple(cloud.rgb.data() + 3 * i);
-    }
+    if (!cloud.rgb.empty()) colors->InsertNextTypedTuple(cloud.rgb.data() + 3 * i);
   }
   vtkNew<vtkPolyData> data;
   data->SetPoints(points);

@@ -21,9 +21,8 @@ namespace {
 
 std::string grouped(std::size_t value) {
   std::string text = std::to_string(value);
-  for (auto i = static_cast<int>(text.size()) - 3; i > 0; i -= 3) {
+  for (auto i = static_cast<int>(text.size()) - 3; i > 0; i -= 3)
     text.insert(static_cast<std::size_t>(i), ",");
-  }
   return text;
 }
 
@@ -57,9 +56,8 @@ std::vector<Entry> categories(const SceneContent& content, const ViewOptions& op
   } else if (options.show.occupied && options.color == ColorBy::State) {
     entries.push_back({"occupied", {stateColor(CellState::Occupied)}});
   }
-  if (options.show.unknown && !content.unknown.empty()) {
+  if (options.show.unknown && !content.unknown.empty())
     entries.push_back({"unknown", {stateColor(CellState::Unknown)}});
-  }
   return entries;
 }
 
@@ -79,9 +77,8 @@ void addScale(const SceneContent& content, const ViewOptions& options, double fo
   const double left = options.width - 4.6 * font;
   const double bottom = 0.5 * (options.height - height);
   // With its numbers, down to the border: another number between them would seem to be one of them.
-  if (!captions.take(left - 0.6 * font, bottom - 0.5 * font, 5.2 * font, height + 2.5 * font)) {
+  if (!captions.take(left - 0.6 * font, bottom - 0.5 * font, 5.2 * font, height + 2.5 * font))
     return;
-  }
   Captions numbers;
   constexpr int kBands = 96;
   for (int i = 0; i < kBands; ++i) {
@@ -155,9 +152,8 @@ vtkSmartPointer<vtkProp> makePolygon(const std::vector<Vector2>& outline, const 
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> polygons;
   polygons->InsertNextCell(static_cast<vtkIdType>(outline.size()));
-  for (const Vector2& p : outline) {
+  for (const Vector2& p : outline)
     polygons->InsertCellPoint(points->InsertNextPoint(p.x() + at.x(), p.y() + at.y(), 0.0));
-  }
   vtkNew<vtkPolyData> data;
   data->SetPoints(points);
   data->SetPolys(polygons);
@@ -186,24 +182,20 @@ Props makeLegend(const SceneContent& content, const ViewOptions& options, bool o
     if (!captions.take(left, y - 0.3 * font, 11.0 * font, 1.3 * font)) break;
     const double each =
         2.0 * font / static_cast<double>(std::max<std::size_t>(entry.swatches.size(), 1));
-    for (std::size_t i = 0; i < entry.swatches.size(); ++i) {
+    for (std::size_t i = 0; i < entry.swatches.size(); ++i)
       props.push_back(makeRectangle(left + static_cast<double>(i) * each, y - 0.1 * font, each,
                                     font, entry.swatches[i], 1.0));
-    }
     props.push_back(makeText(entry.text, left + 2.6 * font, y, font, on_dark));
     y -= 1.6 * font;
   }
-  if (options.show.occupied && !scaleTitle(options.color).empty()) {
+  if (options.show.occupied && !scaleTitle(options.color).empty())
     addScale(content, options, font, on_dark, captions, props);
-  }
   std::vector<std::string> facts = {grouped(content.cuboids.size()) + " cuboids"};
-  if (const std::size_t planes = planeCount(content); planes > 0) {
+  if (const std::size_t planes = planeCount(content); planes > 0)
     facts.push_back(grouped(planes) + (planes == 1 ? " plane" : " planes"));
-  }
   if (content.resolution > 0.0) facts.push_back("cell " + shortNumber(content.resolution) + " m");
-  if (options.show.ground_grid) {
+  if (options.show.ground_grid)
     facts.push_back("grid " + shortNumber(groundFrame(content).step) + " m");
-  }
   const double right = options.width - font;
   const auto addLine = [&](const std::string& text, double y_of_line, double pixels) {
     const double left = right - Captions::widthOf(text, pixels);
@@ -218,11 +210,10 @@ Props makeLegend(const SceneContent& content, const ViewOptions& options, bool o
     for (const std::string& fact : facts) line += (line.empty() ? "" : "   ") + fact;
     if (addLine(line, 0.8 * font, font)) break;
   }
-  if (options.show.occupied && options.cutaway != Cutaway::None && planeCount(content) > 0) {
+  if (options.show.occupied && options.cutaway != Cutaway::None && planeCount(content) > 0)
     addLine(options.cutaway == Cutaway::Seen ? "planes seen from behind are left out"
                                              : "planes that face down are left out",
             2.2 * font, 0.85 * font);
-  }
   return props;
 }
 

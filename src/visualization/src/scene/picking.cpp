@@ -17,9 +17,8 @@ Ray sightLine(const CameraView& camera, int width, int height, double x, double 
   const double aspect = static_cast<double>(width) / height;
   const double across = (2.0 * x / width - 1.0) * aspect;
   const double upwards = 1.0 - 2.0 * y / height;
-  if (camera.parallel) {
+  if (camera.parallel)
     return {camera.position + camera.parallel_scale * (across * right + upwards * up), direction};
-  }
   const double t = std::tan(0.5 * camera.view_angle);
   return {camera.position, (direction + t * (across * right + upwards * up)).normalized()};
 }
@@ -61,9 +60,8 @@ int pickCuboid(const SceneContent& content, const Ray& ray, const CameraView& ca
 }
 
 std::string describeCuboid(const SceneContent& content, int index) {
-  if (index < 0 || static_cast<std::size_t>(index) >= content.cuboids.size()) {
+  if (index < 0 || static_cast<std::size_t>(index) >= content.cuboids.size())
     throw InputError("there is no cuboid " + std::to_string(index));
-  }
   const Cuboid& c = content.cuboids[static_cast<std::size_t>(index)];
   const std::string plane = c.plane_id < 0 ? "non-planar" : "plane " + std::to_string(c.plane_id);
   char text[400];

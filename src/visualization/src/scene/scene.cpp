@@ -169,9 +169,8 @@ void Scene::cameraMoved() {
 
 void Scene::highlight(int index) {
   Props frame;
-  if (index >= 0 && static_cast<std::size_t>(index) < content_.cuboids.size()) {
+  if (index >= 0 && static_cast<std::size_t>(index) < content_.cuboids.size())
     frame = makeOutline(content_.cuboids[static_cast<std::size_t>(index)], origin_);
-  }
   replace(highlight_, frame, true);
 }
 

@@ -27,11 +27,10 @@ void requireDrawable(const std::vector<Cuboid>& cuboids, const char* what) {
     const Cuboid& c = cuboids[i];
     const bool finite = c.center.allFinite() && c.size.allFinite() &&
                         c.orientation.coeffs().allFinite() && std::isfinite(c.probability);
-    if (!finite || (c.size.array() < 0.0).any() || !(c.orientation.norm() > 1e-6)) {
+    if (!finite || (c.size.array() < 0.0).any() || !(c.orientation.norm() > 1e-6))
       throw InputError(std::string(what) + " " + std::to_string(i) +
                        " cannot be drawn: its centre, size, orientation or probability is not "
                        "finite, a length is negative or its quaternion is zero");
-    }
   }
 }
 
@@ -75,21 +74,17 @@ void SceneContent::validate() const {
   requireDrawable(unknown, "unknown cuboid");
   requireDrawable(free, "free cuboid");
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    if (!trajectory[i].matrix().allFinite()) {
+    if (!trajectory[i].matrix().allFinite())
       throw InputError("pose " + std::to_string(i) + " of the trajectory is not finite");
-    }
   }
   for (std::size_t i = 0; i < clouds.size(); ++i) {
     const SceneCloud& cloud = clouds[i];
-    if (cloud.xyz.size() % 3 != 0 || (!cloud.rgb.empty() && cloud.rgb.size() != cloud.xyz.size())) {
+    if (cloud.xyz.size() % 3 != 0 || (!cloud.rgb.empty() && cloud.rgb.size() != cloud.xyz.size()))
       throw InputError("cloud " + std::to_string(i) + " has " + std::to_string(cloud.xyz.size()) +
                        " coordinates and " + std::to_string(cloud.rgb.size()) +
                        " colour values; three of each make a point");
-    }
   }
-  if (!up.allFinite() || !(up.norm() > 1e-6)) {
-    throw InputError("the up axis is zero or not finite");
-  }
+  if (!up.allFinite() || !(up.norm() > 1e-6)) throw InputError("the up axis is zero or not finite");
 }
 
 SceneContent sceneContent(const PlanarMap& map) {

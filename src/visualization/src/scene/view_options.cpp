@@ -94,9 +94,7 @@ Layers Layers::fromString(const std::string& list) {
   if (list == "all" || list == "none") return layers;
   std::istringstream stream(list);
   std::string word;
-  while (std::getline(stream, word, ',')) {
-    layers.*fromWord("the layer", kLayerWords, word) = true;
-  }
+  while (std::getline(stream, word, ',')) layers.*fromWord("the layer", kLayerWords, word) = true;
   return layers;
 }
 
@@ -110,10 +108,9 @@ void ViewOptions::validate() const {
   requireInRange("point size", point_size, 1.0, 50.0, "px");
   requireInRange("picture width", width, 16, 16384, "px");
   requireInRange("picture height", height, 16, 16384, "px");
-  if (static_cast<long long>(width) * height > (1LL << 26)) {
+  if (static_cast<long long>(width) * height > (1LL << 26))
     throw ParameterError("picture area", static_cast<double>(width) * height, "at most 67108864",
                          "px");
-  }
 }
 
 void ViewOptions::setSize(const std::string& text) {
@@ -121,9 +118,8 @@ void ViewOptions::setSize(const std::string& text) {
   int h = 0;
   int end = 0;
   const int fields = std::sscanf(text.c_str(), "%5dx%5d%n", &w, &h, &end);
-  if (fields != 2 || static_cast<std::size_t>(end) != text.size()) {
+  if (fields != 2 || static_cast<std::size_t>(end) != text.size())
     throw ParameterError("the picture size is '" + text + "', but must look like 1280x720");
-  }
   ViewOptions changed = *this;
   changed.width = w;
   changed.height = h;

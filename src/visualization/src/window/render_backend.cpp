@@ -87,9 +87,8 @@ class EglContext {
                                           EGL_NONE};
     EGLConfig config = nullptr;
     EGLint count = 0;
-    if (egl_.chooseConfig(display_, wanted.data(), &config, 1, &count) != EGL_TRUE || count < 1) {
+    if (egl_.chooseConfig(display_, wanted.data(), &config, 1, &count) != EGL_TRUE || count < 1)
       return false;
-    }
     const std::array<EGLint, 7> version = {EGL_CONTEXT_MAJOR_VERSION,
                                            3,
                                            EGL_CONTEXT_MINOR_VERSION,
@@ -256,20 +255,18 @@ Image renderOffscreen(int width, int height, const std::vector<vtkRenderer*>& re
   window->SetMultiSamples(kSamplesPerPixel);
   for (vtkRenderer* renderer : renderers) window->AddRenderer(renderer);
   window->Render();
-  if (const std::string error = messages.firstError(); !error.empty()) {
+  if (const std::string error = messages.firstError(); !error.empty())
     throw RenderError("drawing failed (" + screen->name() + "): " + error);
-  }
   Image image = imageOf(window);
   for (vtkRenderer* renderer : renderers) window->RemoveRenderer(renderer);
   return image;
 }
 
 void requireDrawn(const Image& image) {
-  if (isBlank(image)) {
+  if (isBlank(image))
     throw RenderError(
         "the picture came out blank: nothing is in view, or the graphics driver failed; try "
         "another camera, or install libgl1-mesa-dri");
-  }
 }
 
 }  // namespace planar_mapping::visualization

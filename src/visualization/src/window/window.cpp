@@ -70,9 +70,8 @@ class MapStyle : public vtkInteractorStyleTerrain {
 vtkStandardNewMacro(MapStyle);
 
 std::unique_ptr<OffscreenWindow> openOffscreen(Window::Screen screen, const ViewOptions& options) {
-  if (screen == Window::Screen::Offscreen) {
+  if (screen == Window::Screen::Offscreen)
     return OffscreenWindow::create(options.width, options.height);
-  }
   const std::string problem = visualization::xServerProblem();
   if (problem.empty()) return nullptr;
   throw RenderError("no window can be opened: " + problem +
