@@ -125,52 +125,10 @@ void insertFrames(benchmark::State& state, const std::string& source, double res
   state.counters["unknown"] = static_cast<double>(map->unknownCells());
 }
 
-PlanarMap mapOf(const std::vector<BenchmarkFrame>& sequence, double resolution = 0.1) {
-  PlanarMap map(mapParams(resolution, true));
+PlanarMap mapOf(const std::vector<BenchmarkFrame>& sequence) {
+  PlanarMap map(mapParams(0.1, true));
   for (const BenchmarkFrame& frame : sequence) map.insert(frame.observation());
   return map;
-}
-
-/// The map of the whole sequence to the bytes of its file, or back.
-void codeFile(benchmark::State& state, const std::string& source, bool load) {
-  const std::vector<BenchmarkFrame>& sequence = frames(source);
-  if (sequence.empty()) {
-    state.SkipWithError("no data");
-    return;
-  }
-  const PlanarMap map = mapOf(sequence);
-  const std::vector<std::uint8_t> file = map.serialize();
-  for (auto _ : state) {
-    if (load) {
-      benchmark::DoNotOptimize(PlanarMap::deserialize(file.data(), file.size()).frames());
-    } else {
-      benchmark::DoNotOptimize(map.serialize().data());
-    }
-  }
-  state.counters["file_bytes"] = static_cast<double>(file.size());
-}
-
-void queryPoints(benchmark::State& state, const std::string& source, double resolution) {
-  const std::vector<BenchmarkFrame>& sequence = frames(source);
-  if (sequence.empty()) {
-    state.SkipWithError("no data");
-    return;
-  }
-  const PlanarMap map = mapOf(sequence, resolution);
-  Vector3 low, high;
-  map.bounds(low, high);
-  Random random;
-  std::vector<Vector3> points;
-  for (int i = 0; i < 4096; ++i) {
-    points.emplace_back(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
-                        random.uniform(low.z(), high.z()));
-  }
-  std::size_t i = 0;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(map.stateAt(points[i]));
-    i = (i + 1) % points.size();
-  }
-  state.counters["cuboids"] = static_cast<double>(map.cuboidCount());
 }
 
 constexpr double kRayRange = 8.0;
@@ -206,14 +164,13 @@ void timeRays(benchmark::State& state, const std::vector<BenchmarkFrame>& sequen
   state.counters["hit"] = hits / static_cast<double>(rays.size());
 }
 
-void castRays(benchmark::State& state, const std::string& source, double resolution,
-              UnknownSpaceIs unknown) {
+void castRays(benchmark::State& state, const std::string& source, UnknownSpaceIs unknown) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
   if (sequence.empty()) {
     state.SkipWithError("no data");
     return;
   }
-  const PlanarMap map = mapOf(sequence, resolution);
+  const PlanarMap map = mapOf(sequence);
   timeRays(state, sequence, [&](const BenchmarkRay& ray) {
     return castRay(map, ray.origin, ray.direction, kRayRange, unknown).has_value();
   });
@@ -292,20 +249,13 @@ void registerAll() {
     };
     add("planar_map/0.1", insertFrames, source, 0.1, true, false);
     add("planar_map/0.1/no_unknown", insertFrames, source, 0.1, false, false);
-    add("planar_map/0.05", insertFrames, source, 0.05, true, false);
     add("planar_map/0.1/with_segmentation", insertFrames, source, 0.1, true, true);
-    add("save", codeFile, source, false);
-    add("load", codeFile, source, true);
     const auto addQuestion = [&](const std::string& name, auto&&... arguments) {
       benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
           ->Unit(benchmark::kMicrosecond);
     };
-    addQuestion("query", queryPoints, source, 0.1);
-    addQuestion("ray", castRays, source, 0.1, UnknownSpaceIs::AnObstacle);
-    addQuestion("ray/through_unknown", castRays, source, 0.1, UnknownSpaceIs::Transparent);
-    // Few cuboids, which need no tree.
-    addQuestion("query/0.5", queryPoints, source, 0.5);
-    addQuestion("ray/through_unknown/0.5", castRays, source, 0.5, UnknownSpaceIs::Transparent);
+    addQuestion("ray", castRays, source, UnknownSpaceIs::AnObstacle);
+    addQuestion("ray/through_unknown", castRays, source, UnknownSpaceIs::Transparent);
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
     add("octomap/0.1", insertIntoOctoMap, source, 0.1, false);
     add("octomap/0.1/discretized", insertIntoOctoMap, source, 0.1, true);

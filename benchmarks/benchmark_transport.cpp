@@ -9,13 +9,11 @@
 #include <filesystem>
 
 #include "../tests/unit/transport/transport_session.h"
-#include "message.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 
 namespace planar_mapping::transport {
 namespace {
 
-constexpr std::size_t kMaxPoints = 10000000;
 constexpr std::uint64_t kFramesSent = 50;
 
 /// Four frames, with 300 key features each.
@@ -39,30 +37,6 @@ const std::vector<Frame>& frames() {
     return read;
   }();
   return result;
-}
-
-void encodeFrames(benchmark::State& state, CloudEncoding encoding) {
-  std::size_t i = 0;
-  double bytes = 0.0;
-  for (auto _ : state) {
-    const Bytes body = encodeFrame({}, 0, frames()[i++ % 4], encoding);
-    bytes += static_cast<double>(body.size());
-    benchmark::DoNotOptimize(body.data());
-  }
-  state.counters["bytes"] = benchmark::Counter(bytes, benchmark::Counter::kAvgIterations);
-}
-
-void decodeFrames(benchmark::State& state, CloudEncoding encoding) {
-  std::vector<Bytes> bodies;
-  for (const Frame& frame : frames()) bodies.push_back(encodeFrame({}, 0, frame, encoding));
-  std::size_t i = 0;
-  for (auto _ : state) {
-    const Bytes& body = bodies[i++ % 4];
-    ByteReader reader(body.data(), body.size());
-    decode<InputDescription>(reader);
-    decode<Count>(reader);
-    benchmark::DoNotOptimize(decodeFrame(reader, kMaxPoints).cloud->size());
-  }
 }
 
 /// A front-end that has its frames ready, and a mapping side that does nothing with them.
@@ -113,10 +87,6 @@ void fiveSessions(benchmark::internal::Benchmark* benchmark) {
   benchmark->Unit(benchmark::kMillisecond)->UseManualTime()->Iterations(5);
 }
 
-BENCHMARK_CAPTURE(encodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(encodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(decodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(decodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(overLoopback, raw, CloudEncoding::Raw, false)->Apply(fiveSessions);
 BENCHMARK_CAPTURE(overLoopback, raw_with_keys, CloudEncoding::Raw, true)->Apply(fiveSessions);
 BENCHMARK_CAPTURE(overLoopback, compact, CloudEncoding::Compact, false)->Apply(fiveSessions);
