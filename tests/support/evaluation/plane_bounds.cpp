@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/plane_bounds.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -165,75 +164,6 @@ std::vector<float> measuredAgain(const PointsView& points, const PlaneTruth& tru
     for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(point[axis]));
   }
   return xyz;
-}
-
-void DisparityNoise::validate() const {
-  requireInRange("white", white, 0.0, kMost, "px");
-  requireInRange("smooth", smooth, 0.0, kMost, "px");
-  requireInRange("smooth_side", smooth_side, 1, kMaxInt, "px");
-  if (smooth_side % 2 == 0) throw ParameterError("smooth_side", smooth_side, "odd numbers");
-}
-
-double NormalError::chanceWithin(double angle) const {
-  // Over one direction by the midpoint rule, over the other by the error function.
-  constexpr int kSteps = 2000;
-  if (!(largest > 0.0)) return 1.0;
-  double sum = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double sine = 2.0 * (i + 0.5) / kSteps - 1.0;
-    const double turn = sine * angle / largest;
-    const double rest = std::sqrt(1.0 - sine * sine) * angle;
-    sum += std::exp(-0.5 * turn * turn) * std::erf(rest / (std::sqrt(2.0) * smallest));
-  }
-  return std::min(1.0, sum * 2.0 / kSteps * angle / (largest * std::sqrt(2.0 * M_PI)));
-}
-
-NormalError normalError(const PointsView& points, const Indices& face, const Plane& plane,
-                        double focal_baseline, const DisparityNoise& noise) {
-  noise.validate();
-  requirePositive("focal_baseline", focal_baseline, "px m");
-  requireImage(points);
-  std::vector<Vector3> rays(points.size, Vector3::Zero());
-  Matrix3 squares = Matrix3::Zero();
-  for (const int index : face) {
-    if (index < 0 || static_cast<std::size_t>(index) >= points.size) {
-      throw InputError("index " + std::to_string(index) + " is outside the cloud of " +
-                       std::to_string(points.size) + " points");
-    }
-    const Vector3 p = points.point(static_cast<std::size_t>(index));
-    if (!(p.z() > 0.0)) continue;
-    Vector3& ray = rays[static_cast<std::size_t>(index)];
-    ray = p / p.z();
-    squares += ray * ray.transpose();
-  }
-  // Means of squares of side k are correlated by (k - |dx|) (k - |dy|) / k^2.
-  const int side = noise.smooth_side;
-  const auto width = static_cast<int>(points.width);
-  const auto height = static_cast<int>(points.height);
-  Matrix3 noisy = noise.white * noise.white * squares;
-  for (const int index : face) {
-    const int row = index / width;
-    const int column = index % width;
-    Vector3 around = Vector3::Zero();
-    for (int r = std::max(0, row - side + 1); r < std::min(height, row + side); ++r) {
-      for (int c = std::max(0, column - side + 1); c < std::min(width, column + side); ++c) {
-        const double fraction = (side - std::abs(r - row)) * (side - std::abs(c - column));
-        around += fraction / (side * side) * rays[static_cast<std::size_t>(r) * width + c];
-      }
-    }
-    noisy +=
-        noise.smooth * noise.smooth * rays[static_cast<std::size_t>(index)] * around.transpose();
-  }
-  const Matrix3 inverse = squares.inverse();
-  const Matrix3 covariance =
-      inverse * noisy * inverse.transpose() / (focal_baseline * focal_baseline);
-  // m = -n / d; its direction is the normal.
-  const Matrix3 turn =
-      (Matrix3::Identity() - plane.normal * plane.normal.transpose()) * std::fabs(plane.offset);
-  const Matrix3 angles = turn * covariance * turn.transpose();
-  const Vector3 variances =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(0.5 * (angles + angles.transpose())).eigenvalues();
-  return {std::sqrt(std::max(0.0, variances[2])), std::sqrt(std::max(0.0, variances[1]))};
 }
 
 }  // namespace evaluation

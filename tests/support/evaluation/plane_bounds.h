@@ -49,35 +49,5 @@ std::vector<PlaneSegment> assignToKnownPlanes(const PointsView& points,
 std::vector<float> measuredAgain(const PointsView& points, const PlaneTruth& truth,
                                  double range_noise, std::uint64_t seed);
 
-/// Noise of disparities, standard deviations in pixels.
-struct DisparityNoise {
-  double white = 0.0;   ///< of single pixels, such as rounding (a step over the root of 12), >= 0
-  double smooth = 0.0;  ///< of what is a mean of squares of pixels, >= 0
-  int smooth_side = 1;  ///< of the squares, pixels, odd
-
-  /// \throws ParameterError
-  void validate() const;
-};
-
-/// How noise turns the normal of a plane: standard deviations in the two directions in which it
-/// turns most and least, radians.
-struct NormalError {
-  double largest = 0.0;
-  double smallest = 0.0;
-
-  /// Probability that a normal error is below \p angle radians (Gaussian).
-  double chanceWithin(double angle) const;
-};
-
-/// Covariance of the least squares of the disparities of a face, 1 / z = m . (x / z, y / z, 1),
-/// whose points are all known: where the noise is white its Cramer-Rao bound, else what is left
-/// without knowing the noise better than the camera says.
-/// \param points          image of a camera at the origin that looks along z
-/// \param face            indices of the points on the plane, at least three
-/// \param focal_baseline  focal length times baseline, pixels times metres, > 0
-/// \throws InputError if the cloud is not organized or an index is outside; ParameterError
-NormalError normalError(const PointsView& points, const Indices& face, const Plane& plane,
-                        double focal_baseline, const DisparityNoise& noise);
-
 }  // namespace evaluation
 }  // namespace planar_mapping

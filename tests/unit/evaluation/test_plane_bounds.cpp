@@ -2,11 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <vector>
 
 #include "evaluation/plane_bounds.h"
@@ -121,85 +119,6 @@ TEST(PlaneBounds, MeasuresAgainAlongTheSameRays) {
   EXPECT_NE(again, measuredAgain(corner.view(), truth, 0.02, 4));
 }
 
-/// Root mean square angles of planes fitted to noisy disparities, in the directions in which they
-/// turn most and least.
-NormalError measured(const Plane& plane, double focal_baseline, const DisparityNoise& noise) {
-  constexpr int kDraws = 400;
-  Random random(11);
-  const int reach = noise.smooth_side / 2;
-  Matrix3 turns = Matrix3::Zero();
-  std::vector<double> white(std::size_t{kWidth} * kHeight);
-  for (int draw = 0; draw < kDraws; ++draw) {
-    for (double& w : white) w = random.normal();
-    Matrix3 squares = Matrix3::Zero();
-    Vector3 products = Vector3::Zero();
-    for (std::size_t i = 0; i < white.size(); ++i) {
-      const auto row = static_cast<int>(i / kWidth);
-      const auto column = static_cast<int>(i % kWidth);
-      // The border has no full squares, as elsewhere in the image of a face.
-      if (row < reach || row + reach >= static_cast<int>(kHeight) || column < reach ||
-          column + reach >= static_cast<int>(kWidth))
-        continue;
-      double smooth = 0.0;
-      for (int r = row - reach; r <= row + reach; ++r) {
-        for (int c = column - reach; c <= column + reach; ++c)
-          smooth += white[static_cast<std::size_t>(r) * kWidth + c] / noise.smooth_side;
-      }
-      const double error = noise.smooth * smooth + noise.white * random.normal();
-      const Vector3 ray = rayOf(i);
-      const double inverse_depth = -plane.normal.dot(ray) / plane.offset + error / focal_baseline;
-      squares += ray * ray.transpose();
-      products += inverse_depth * ray;
-    }
-    const Vector3 fitted = -(squares.inverse() * products).normalized();
-    const Vector3 turn = fitted.cross(plane.normal);
-    turns += turn * turn.transpose() / kDraws;
-  }
-  const Vector3 variances = Eigen::SelfAdjointEigenSolver<Matrix3>(turns).eigenvalues();
-  return {std::sqrt(variances[2]), std::sqrt(variances[1])};
-}
-
-TEST(PlaneBounds, NormalErrorIsThatOfPlanesFittedToDisparities) {
-  const Plane plane{Vector3(0.5, -0.1, -0.8).normalized(), 2.0};
-  constexpr double kFocalBaseline = 40.0;
-  DisparityNoise white;
-  white.white = 0.1;
-  DisparityNoise smooth;
-  smooth.smooth = 0.1;
-  smooth.smooth_side = 5;
-  double before = 0.0;
-  for (const DisparityNoise& noise : {white, smooth}) {
-    Corner image(0.0);
-    Indices face;
-    const int reach = noise.smooth_side / 2;
-    for (std::size_t i = 0; i < image.labels.size(); ++i) {
-      const Vector3 ray = rayOf(i);
-      const Vector3 point = ray * (-plane.offset / plane.normal.dot(ray));
-      for (int axis = 0; axis < 3; ++axis)
-        image.xyz[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(point[axis]);
-      const auto row = static_cast<int>(i / kWidth);
-      const auto column = static_cast<int>(i % kWidth);
-      if (row >= reach && row + reach < static_cast<int>(kHeight) && column >= reach &&
-          column + reach < static_cast<int>(kWidth))
-        face.push_back(static_cast<int>(i));
-    }
-    const NormalError expected = normalError(image.view(), face, plane, kFocalBaseline, noise);
-    const NormalError found = measured(plane, kFocalBaseline, noise);
-    EXPECT_NEAR(found.largest, expected.largest, 0.1 * expected.largest);
-    EXPECT_NEAR(found.smallest, expected.smallest, 0.1 * expected.smallest);
-    EXPECT_GT(expected.largest, 2.0 * before) << "25 pixels count as one";
-    before = expected.largest;
-  }
-}
-
-TEST(PlaneBounds, ChanceIsThatOfAGaussian) {
-  const NormalError round{0.01, 0.01};
-  EXPECT_NEAR(round.chanceWithin(0.01), 1.0 - std::exp(-0.5), 1e-4);
-  const NormalError line{0.01, 0.0};
-  EXPECT_NEAR(line.chanceWithin(0.01), std::erf(std::sqrt(0.5)), 1e-4);
-  EXPECT_EQ(NormalError{}.chanceWithin(0.01), 1.0);
-}
-
 TEST(PlaneBounds, SaysWhatIsWrong) {
   const Corner corner(0.0);
   const PointsView line(corner.xyz.data(), corner.labels.size());
@@ -211,11 +130,6 @@ TEST(PlaneBounds, SaysWhatIsWrong) {
   EXPECT_THROW(measuredAgain(corner.view(), truth, -0.1, 1), ParameterError);
   truth.labels.pop_back();
   EXPECT_THROW(measuredAgain(corner.view(), truth, 0.1, 1), InputError);
-  DisparityNoise noise;
-  EXPECT_THROW(normalError(corner.view(), {5000}, corner.planes[0], 40.0, noise), InputError);
-  noise.smooth_side = 4;
-  EXPECT_THROW(normalError(corner.view(), {0, 1, 2}, corner.planes[0], 40.0, noise),
-               ParameterError);
 }
 
 }  // namespace
