@@ -109,8 +109,7 @@ void compare(const std::string& scene, int frames, int features_per_frame) {
   Score metres, disparity, from_features, both;
   for (std::size_t k = 0; k < simulation.size(); ++k) {
     const SimulatedFrame frame = simulation.frame(k);
-    std::vector<KeyFeature> key_features;
-    for (const auto& seen : features.next(frame)) key_features.push_back(seen.feature);
+    const std::vector<KeyFeature> key_features = features.next(frame);
     const PointsView points(frame.xyz.data(), static_cast<std::uint32_t>(params.width),
                             static_cast<std::uint32_t>(params.height), 3);
     std::size_t finite = 0;

@@ -149,7 +149,7 @@ Cloud simulate(std::uint64_t seed, bool white) {
   evaluation::SimulatedFeatureParams feature_params;
   feature_params.seed = seed;
   evaluation::SimulatedFeatures features(world, feature_params);
-  for (const auto& seen : features.next(frame)) cloud.features.push_back(seen.feature);
+  cloud.features = features.next(frame);
   cloud.xyz = std::move(frame.xyz);
   cloud.width = static_cast<std::uint32_t>(world.params().width);
   cloud.height = static_cast<std::uint32_t>(world.params().height);

@@ -34,20 +34,12 @@ void SimulatedFeatureParams::validate() const {
   requireInRange("per_frame", per_frame, 1, 100000);
   requireInRange("noise_px", noise_px, 0.0, 100.0, "px");
   requireInRange("miss_fraction", miss_fraction, 0.0, 1.0);
-  requireInRange("wrong_disparity_fraction", wrong_disparity_fraction, 0.0, 1.0);
-  requireInRange("wrong_track_fraction", wrong_track_fraction, 0.0, 1.0);
 }
 
 SimulatedFeatures::SimulatedFeatures(const Simulation& simulation,
                                      const SimulatedFeatureParams& params)
     : simulation_(simulation), params_(params) {
   params_.validate();
-}
-
-const Vector3& SimulatedFeatures::position(std::int64_t identity) const {
-  if (identity < 0 || identity >= static_cast<std::int64_t>(landmarks_.size()))
-    throw InputError("there is no landmark " + std::to_string(identity));
-  return landmarks_[static_cast<std::size_t>(identity)].position;
 }
 
 std::vector<SimulatedFeatures::Sight> SimulatedFeatures::landmarksInView(
@@ -99,7 +91,7 @@ void SimulatedFeatures::findNewLandmarks(const SimulatedFrame& frame, std::size_
   }
 }
 
-std::vector<SimulatedFeature> SimulatedFeatures::next(const SimulatedFrame& frame) {
+std::vector<KeyFeature> SimulatedFeatures::next(const SimulatedFrame& frame) {
   if (frame.truth.size() == 0) throw InputError("features need the truth of the frame");
   if (static_cast<std::int64_t>(frame.index) < next_frame_)
     throw InputError("features are made in the order of the frames");
@@ -111,43 +103,26 @@ std::vector<SimulatedFeature> SimulatedFeatures::next(const SimulatedFrame& fram
   const std::size_t known = landmarksInView(frame).size();
   const auto wanted = static_cast<std::size_t>(params_.per_frame);
   if (known < wanted) findNewLandmarks(frame, wanted - known, random);
-  std::vector<SimulatedFeature> features;
+  std::vector<KeyFeature> features;
   for (const Sight& sight : landmarksInView(frame)) {
     // Drawn for every one alike: what happens to one does not change the others.
     const bool missed = random.uniform() < params_.miss_fraction;
-    const bool wrong_disparity = random.uniform() < params_.wrong_disparity_fraction;
-    const bool wrong_track = random.uniform() < params_.wrong_track_fraction;
-    const double anywhere = random.uniform();
+    for (int unused = 0; unused < 3; ++unused) random.uniform();  // docs/results.md has them
     const double noise[3] = {random.normal(), random.normal(), random.normal()};
     if (missed) continue;
-    SimulatedFeature result;
-    result.identity = sight.identity;
-    result.wrong_disparity = wrong_disparity;
-    result.wrong_track = wrong_track;
     const double column = sight.column + params_.noise_px * noise[0];
     const double row = sight.row + params_.noise_px * noise[1];
-    double disparity = sight.disparity + params_.noise_px * noise[2];
-    if (wrong_disparity)
-      disparity = kSmallestDisparity + anywhere * (0.25 * camera.width - kSmallestDisparity);
-    disparity = std::max(disparity, 0.5 * kSmallestDisparity);
+    const double disparity =
+        std::max(sight.disparity + params_.noise_px * noise[2], 0.5 * kSmallestDisparity);
     const double depth = baseline * camera.fx / disparity;
-    KeyFeature& feature = result.feature;
+    KeyFeature feature;
     feature.track = sight.identity;
     feature.column = static_cast<float>(column);
     feature.row = static_cast<float>(row);
     feature.disparity = static_cast<float>(disparity);
     feature.position = depth * camera.rayOf(column, row);
     feature.sightings = ++landmarks_[static_cast<std::size_t>(sight.identity)].sightings;
-    features.push_back(result);
-  }
-  // The mistaken ones swap names in a ring, so that no track is there twice.
-  std::vector<SimulatedFeature*> mistaken;
-  for (SimulatedFeature& feature : features)
-    if (feature.wrong_track) mistaken.push_back(&feature);
-  if (mistaken.size() == 1) mistaken.front()->wrong_track = false;
-  for (std::size_t i = 0; i + 1 < mistaken.size(); ++i) {
-    std::swap(mistaken[i]->feature.track, mistaken[i + 1]->feature.track);
-    std::swap(mistaken[i]->feature.sightings, mistaken[i + 1]->feature.sightings);
+    features.push_back(feature);
   }
   return features;
 }

@@ -15,24 +15,10 @@ struct SimulatedFeatureParams {
   int per_frame = 400;         ///< features looked for in each frame, in [1, 100000]
   double noise_px = 0.3;       ///< of column, row and disparity, standard deviation, in [0, 100]
   double miss_fraction = 0.1;  ///< of those in view that a detector does not find, in [0, 1]
-  /// Fraction of the features of a frame whose right image was matched with another place: their
-  /// disparity, and so their position, is anywhere. Drawn anew in each frame.
-  double wrong_disparity_fraction = 0.0;  ///< in [0, 1]
-  /// Fraction of the features of a frame that are taken for another one: they carry its track.
-  /// Drawn anew in each frame.
-  double wrong_track_fraction = 0.0;  ///< in [0, 1]
   std::uint64_t seed = 1;
 
   /// \throws ParameterError
   void validate() const;
-};
-
-/// A key feature of a simulated frame and the truth about it.
-struct SimulatedFeature {
-  KeyFeature feature;
-  std::int64_t identity = -1;  ///< the landmark it really shows; = feature.track unless mistaken
-  bool wrong_disparity = false;
-  bool wrong_track = false;
 };
 
 /// Key features of known identity in the frames of a simulation, as a stereo front-end would track
@@ -43,13 +29,10 @@ class SimulatedFeatures {
   /// \p simulation must outlive this object. \throws ParameterError
   SimulatedFeatures(const Simulation& simulation, const SimulatedFeatureParams& params);
 
-  /// Features of a frame of that simulation, by ascending identity. New landmarks are taken up
+  /// Features of a frame of that simulation, by ascending track. New landmarks are taken up
   /// where the frame shows fewer known ones than there should be.
   /// \throws InputError if the frame has no truth or comes before one that was asked for already
-  std::vector<SimulatedFeature> next(const SimulatedFrame& frame);
-
-  /// Where landmark \p identity really is, world frame.
-  const Vector3& position(std::int64_t identity) const;
+  std::vector<KeyFeature> next(const SimulatedFrame& frame);
 
  private:
   struct Landmark {
