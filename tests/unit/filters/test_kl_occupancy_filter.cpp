@@ -40,22 +40,6 @@ TEST(KLOccupancyFilter, BelievesWhatIsSeenAgainAndDoubtsWhatJumps) {
   EXPECT_EQ(filter.getDiagnostics().beliefs.updated, 3u);
 }
 
-TEST(KLOccupancyFilter, FollowsEquation10FrameByFrame) {
-  KLOccupancyFilter<pcl::PointXYZ> filter;
-  filter.setSingleFeatureProbability(0.5);
-  filter.setInputTracks({9});
-  Cloud::Ptr cloud(new Cloud);
-  cloud->push_back({0.0f, 0.0f, 2.0f});
-  filter.setInputCloud(cloud);
-  pcl::Indices kept;
-  filter.filter(kept);
-  EXPECT_FLOAT_EQ(filter.getProbabilities()[0], 0.5f);
-  EXPECT_EQ(kept.size(), 1u);  // at the threshold is enough
-  filter.filter(kept);
-  EXPECT_NEAR(filter.getProbabilities()[0], std::exp(-1.07), 1e-6);
-  EXPECT_TRUE(kept.empty());
-}
-
 TEST(KLOccupancyFilter, ResetForgetsBeliefsAndKeepsParameters) {
   KLOccupancyFilter<pcl::PointXYZ> filter;
   filter.setMinProbability(0.4);
@@ -70,19 +54,6 @@ TEST(KLOccupancyFilter, ResetForgetsBeliefsAndKeepsParameters) {
   filter.filter(kept);
   EXPECT_EQ(filter.getProbabilities(), first);
   EXPECT_EQ(filter.getMinProbability(), 0.4);
-}
-
-TEST(KLOccupancyFilter, UnseenFeaturesKeepTheirBelief) {
-  KLOccupancyFilter<pcl::PointXYZ> filter;
-  filter.setInputTracks({1, 2, 3});
-  filter.setInputCloud(frameOf(0.0f));
-  pcl::Indices kept;
-  filter.filter(kept);
-  const double before = *filter.getBeliefs().belief(1);
-  filter.setInputTracks({11, 12, 13});
-  filter.filter(kept);
-  filter.filter(kept);
-  EXPECT_EQ(*filter.getBeliefs().belief(1), before);
 }
 
 TEST(KLOccupancyFilter, MotionCountsForOneFrameOnly) {
@@ -121,33 +92,6 @@ TEST(KLOccupancyFilter, SizesThatDisagreeAreInputErrors) {
   EXPECT_THROW(filter.filter(kept), InputError);
   filter.setInputPlaneLabels({});
   EXPECT_NO_THROW(filter.filter(kept));
-}
-
-TEST(KLOccupancyFilter, KeyFeaturesBelieveTheSurfaceAroundThem) {
-  // A wall of 8 x 4 pixels half a cell apart, one feature on it that is seen again.
-  Cloud::Ptr wall(new Cloud(8, 4));
-  for (std::uint32_t row = 0; row < 4; ++row) {
-    for (std::uint32_t column = 0; column < 8; ++column) {
-      wall->at(static_cast<int>(column), static_cast<int>(row)) = {
-          0.05f * static_cast<float>(column) + 0.025f, 0.05f * static_cast<float>(row) + 0.025f,
-          2.05f};
-    }
-  }
-  KeyFeature feature;
-  feature.track = 5;
-  feature.column = 3;
-  feature.row = 1;
-  feature.position = Vector3(0.175, 0.075, 2.05);
-  KLOccupancyFilter<pcl::PointXYZ> filter;
-  filter.setInputPlaneLabels(std::vector<std::int32_t>(32, 0));
-  filter.setInputKeyFeatures({feature});
-  filter.setInputCloud(wall);
-  pcl::Indices kept;
-  for (int frame = 0; frame < 3; ++frame) filter.filter(kept);
-  EXPECT_EQ(kept.size(), wall->size());
-  EXPECT_EQ(filter.getDiagnostics().source, FeatureSource::Tracks);
-  EXPECT_EQ(filter.getDiagnostics().cells_of_neighbours, 7u);
-  for (const float p : filter.getProbabilities()) EXPECT_GT(p, 0.99f);
 }
 
 TEST(KLOccupancyFilter, CellsAreThoseOfTheWorld) {

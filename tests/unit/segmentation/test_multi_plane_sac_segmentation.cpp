@@ -6,7 +6,6 @@
 #include <pcl/point_types.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "planar_mapping/core/base/detail/random.h"
@@ -123,20 +122,6 @@ TYPED_TEST(MultiPlaneSegmentation, WithoutCloudThrowsAndClearsTheOutputs) {
   EXPECT_TRUE(this->planes_.empty());
 }
 
-using Segmentation = MultiPlaneSACSegmentation<pcl::PointXYZ>;
-
-TEST(MultiPlaneSegmentationCopy, CarriesParametersAndCloud) {
-  Segmentation::Ptr first(new Segmentation);
-  first->setMinInliers(1000);
-  first->setInputCloud(makeCorner<pcl::PointXYZ>());
-  Segmentation second = *first;
-  first.reset();
-  std::vector<pcl::PointIndices> inliers;
-  std::vector<pcl::ModelCoefficients> planes;
-  second.segment(inliers, planes);
-  EXPECT_EQ(planes.size(), 2u);
-}
-
 struct PointDouble {
   double x = 0.0, y = 0.0, z = 0.0;
 };
@@ -164,7 +149,7 @@ pcl::PointCloud<PointT> makeCloud() {
 template <typename PointT>
 class PointsViewOf : public testing::Test {};
 using LayoutTypes = testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGBNormal,
-                                  PointDouble, PointBackwards, PointTagged>;
+                                   PointDouble, PointBackwards, PointTagged>;
 TYPED_TEST_SUITE(PointsViewOf, LayoutTypes);
 
 TYPED_TEST(PointsViewOf, ReadsEveryPoint) {

@@ -198,26 +198,5 @@ TEST(KlOccupancy, BadInputChangesNoBelief) {
   EXPECT_EQ(occupancy.tracks().frames(), 1u);
 }
 
-TEST(KlOccupancy, RejectsBadParameters) {
-  const auto rejects = [](auto change) {
-    KlOccupancyParams params;
-    change(params);
-    KlOccupancy occupancy;
-    EXPECT_THROW(occupancy.setParams(params), ParameterError);
-  };
-  rejects([](auto& p) { p.resolution = std::nan(""); });
-  rejects([](auto& p) { p.resolution = 0.0; });
-  rejects([](auto& p) { p.features_per_cell = 0; });
-  rejects([](auto& p) { p.range_floor_cells = -0.1; });
-  rejects([](auto& p) { p.min_probability = 1.1; });
-  rejects([](auto& p) { p.threads = -1; });
-  rejects([](auto& p) { p.beliefs.update.log_odds.hit = 0.5; });
-}
-
-TEST(KlOccupancy, AcceptsAnEmptyFrame) {
-  KlOccupancy occupancy;
-  EXPECT_TRUE(probabilities(occupancy, OccupancyFrame()).empty());
-}
-
 }  // namespace
 }  // namespace planar_mapping

@@ -39,13 +39,6 @@ TEST(Occupancy, FeatureProbabilityMatchesHandWorkedValues) {
   EXPECT_EQ(featureProbability(2.0, 2.0, 0.0), 1.0);
 }
 
-TEST(Occupancy, IsSymmetricAboutTheMeanRange) {
-  for (double d = 0.0; d < 1.0; d += 0.05) {
-    EXPECT_NEAR(featureProbability(3.0 + d, 3.0, 0.2), featureProbability(3.0 - d, 3.0, 0.2),
-                1e-12);
-  }
-}
-
 // Two features on the optical axis at 2.0 m and 2.1 m: rbar = 2.05,
 // dr_1 = 2.05 * 2.0 / 120 = 0.0341667, dr_2 = 2.05 * 2.1 / 120 = 0.035875.
 TEST(Occupancy, GroupOfTwoMatchesHandWorkedValues) {
@@ -145,19 +138,12 @@ using Observation = FeatureBeliefs::Observation;
 
 const std::optional<FrameMotion> kStill = FrameMotion();
 
-TEST(FeatureBeliefs, NewFeatureStartsFromItsProbability) {
+TEST(FeatureBeliefs, StartFromTheProbabilityAndFollowTheUpdate) {
   FeatureBeliefs beliefs;
-  const auto summary = beliefs.update({{5, {0, 0, 2}, 0.7}});
-  EXPECT_EQ(summary.created, 1u);
-  EXPECT_DOUBLE_EQ(*beliefs.belief(5), 0.7);
+  EXPECT_EQ(beliefs.update({{5, {0, 0, 2}, 0.9}}).created, 1u);
+  EXPECT_DOUBLE_EQ(*beliefs.belief(5), 0.9);
   EXPECT_FALSE(beliefs.belief(6).has_value());
-}
-
-TEST(FeatureBeliefs, SeenAgainFollowsTheUpdate) {
-  FeatureBeliefs beliefs;
-  beliefs.update({{5, {0, 0, 2}, 0.9}});
-  const auto summary = beliefs.update({{5, {0, 0, 2}, 0.5}}, kStill);
-  EXPECT_EQ(summary.updated, 1u);
+  EXPECT_EQ(beliefs.update({{5, {0, 0, 2}, 0.5}}, kStill).updated, 1u);
   EXPECT_NEAR(*beliefs.belief(5), 0.58919, 1e-5);  // Eq. 10 with p = 0.9, q = 0.5
 }
 
@@ -294,14 +280,6 @@ TEST(FeatureBeliefs, ClearForgetsEverythingButTheParameters) {
   EXPECT_EQ(beliefs.size(), 0u);
   EXPECT_EQ(beliefs.frames(), 0u);
   EXPECT_EQ(beliefs.params().max_unseen_frames, 7);
-}
-
-TEST(FeatureBeliefs, CopiesAreIndependent) {
-  FeatureBeliefs original;
-  original.update({{1, {0, 0, 2}, 0.9}});
-  FeatureBeliefs copy = original;
-  copy.update({{1, {0, 0, 2}, 0.1}}, kStill);
-  EXPECT_DOUBLE_EQ(*original.belief(1), 0.9);
 }
 
 }  // namespace

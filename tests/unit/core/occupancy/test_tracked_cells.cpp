@@ -146,19 +146,6 @@ TEST(TrackedCells, AFeatureThatDisagreesWithItsPixelBelongsWhereItLies) {
   EXPECT_EQ(summary.cells_of_points, 6u);
 }
 
-TEST(TrackedCells, AFeatureNotSeenAgainKeepsItsBelief) {
-  const Wall wall(3);
-  KlOccupancy beliefs(params());
-  std::vector<float> p(wall.xyz.size() / 3, -1.0f);
-  std::vector<KeyFeature> features{wall.feature(1, 1)};
-  beliefs.update(wall.frame(features), p);
-  const double before = *beliefs.tracks().belief(1);
-  features.clear();
-  for (int i = 0; i < 10; ++i)
-    EXPECT_EQ(beliefs.update(wall.frame(features), p).beliefs.unseen, 1u);
-  EXPECT_DOUBLE_EQ(*beliefs.tracks().belief(1), before);
-}
-
 TEST(TrackedCells, FollowsFeaturesThroughTheMotionInBothReadings) {
   for (const MotionReading reading : {MotionReading::FeaturePosition, MotionReading::RobotPose}) {
     KlOccupancyParams reading_params = params();
