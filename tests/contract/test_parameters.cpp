@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <pcl/point_types.h>
 
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -54,7 +53,7 @@ TEST(Parameters, MultiPlaneSACSegmentation) {
   checkSetter<C>(&C::setMaxIterations, &C::getMaxIterations, 40, {-1});
   checkSetter<C>(&C::setMissProbability, &C::getMissProbability, 0.1, {0.0, 1.0, kNan});
   checkSetter<C>(&C::setSignificance, &C::getSignificance, 3.0, {-1.0, kNan});
-  checkSetter<C>(&C::setMaxNormalDeviation, &C::getMaxNormalDeviation, 0.3, {-0.1, kNan});
+  checkSetter<C>(&C::setMaxNormalDeviation, &C::getMaxNormalDeviation, 0.3, {-0.1, 1.6, kNan});
   checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
   checkSetter<C>(&C::setSeed, &C::getSeed, std::uint64_t{42}, {});
   checkSetter<C>(&C::setSource, &C::getSource, PlaneSource::Auto, {static_cast<PlaneSource>(77)});

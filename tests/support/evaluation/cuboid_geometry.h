@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
 #include "planar_mapping/core/geometry/cuboid.h"
 
 namespace planar_mapping::test {
@@ -18,6 +21,31 @@ inline Cuboid cuboidAt(const Vector3& center, const Vector3& size) {
   cuboid.center = center;
   cuboid.size = size;
   return cuboid;
+}
+
+inline NonPlanarCell cellAt(int x, int y, int z) {
+  NonPlanarCell cell;
+  cell.x = x;
+  cell.y = y;
+  cell.z = z;
+  return cell;
+}
+
+/// Of a cover in cells of 0.1 m.
+inline CuboidApproximationParams paramsWith(double absorption, double rectangle_cells = 0.0) {
+  CuboidApproximationParams params;
+  params.resolution = 0.1;
+  params.absorption = absorption;
+  params.rectangle_cells = rectangle_cells;
+  return params;
+}
+
+/// The boxes, where no cuboid may be replaced.
+inline std::vector<Cuboid> boxesFor(const std::vector<NonPlanarCell>& cells,
+                                    const std::vector<SurfacePiece>& pieces,
+                                    const std::vector<Cuboid>& present,
+                                    const CuboidApproximationParams& params) {
+  return coverWithBoxes(cells, pieces, present, {}, params).boxes;
 }
 
 /// The cuboid moved by T.

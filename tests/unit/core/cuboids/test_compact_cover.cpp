@@ -17,31 +17,11 @@
 namespace planar_mapping {
 namespace {
 
-/// The boxes, where no cuboid may be replaced.
-std::vector<Cuboid> boxesFor(const std::vector<NonPlanarCell>& cells,
-                             const std::vector<SurfacePiece>& pieces,
-                             const std::vector<Cuboid>& present,
-                             const CuboidApproximationParams& params) {
-  return coverWithBoxes(cells, pieces, present, {}, params).boxes;
-}
+using test::boxesFor;
+using test::cellAt;
+using test::paramsWith;
 
 constexpr double kSide = 0.1;
-
-CuboidApproximationParams paramsWith(double absorption, double rectangle_cells = 0.0) {
-  CuboidApproximationParams params;
-  params.resolution = kSide;
-  params.absorption = absorption;
-  params.rectangle_cells = rectangle_cells;
-  return params;
-}
-
-NonPlanarCell cellAt(int x, int y, int z) {
-  NonPlanarCell cell;
-  cell.x = x;
-  cell.y = y;
-  cell.z = z;
-  return cell;
-}
 
 TEST(CoverWithBoxes, LeavesWhatACuboidStandsForAlone) {
   Cuboid wall = test::cuboidAt({0.5, 0.05, 0.5}, {1.0, 0.1, 1.0});

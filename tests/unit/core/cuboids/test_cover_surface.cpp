@@ -5,26 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <ctime>
-#include <limits>
 #include <vector>
 
+#include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
 
-constexpr double kSide = 0.1;
-
-CuboidApproximationParams paramsWith(double absorption, double rectangle_cells = 0.0) {
-  CuboidApproximationParams params;
-  params.resolution = kSide;
-  params.absorption = absorption;
-  params.rectangle_cells = rectangle_cells;
-  return params;
-}
+using test::paramsWith;
 
 CellMask randomMask(std::uint64_t seed, int width, int height, double fraction) {
   Random random(seed);

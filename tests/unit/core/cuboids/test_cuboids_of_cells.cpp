@@ -231,26 +231,18 @@ TEST(CuboidsOfCells, NothingGivesNothing) {
   EXPECT_TRUE(cuboidsOfCells({}, paramsFor(Profile::Paper), Vector3::Zero()).empty());
 }
 
-TEST(CuboidParams, ParametersOutOfRangeAreNamed) {
+/// The others: Parameters.PlanarCuboidApproximation of tests/contract.
+TEST(CuboidParams, ParametersOutOfRangeAreRefused) {
   const auto refused = [](auto change) {
     CuboidApproximationParams params;
     change(params);
     EXPECT_THROW(params.validate(), ParameterError);
   };
   EXPECT_NO_THROW(CuboidApproximationParams().validate());
-  refused([](auto& p) { p.resolution = 0; });
-  refused([](auto& p) { p.resolution = std::nan(""); });
-  refused([](auto& p) { p.thickness = -1; });
   refused([](auto& p) { p.density_threshold = 0; });
   refused([](auto& p) { p.density_threshold = 1.1; });
   refused([](auto& p) { p.min_width = -0.1; });
   refused([](auto& p) { p.min_height = std::nan(""); });
-  refused([](auto& p) { p.min_points_per_cell = 0; });
-  refused([](auto& p) { p.hole_size = -1; });
-  refused([](auto& p) { p.absorption = 0.6; });
-  refused([](auto& p) { p.up.setZero(); });
-  refused([](auto& p) { p.up.x() = std::nan(""); });
-  refused([](auto& p) { p.threads = -1; });
 }
 
 void expectRightHanded(const PlaneFrame& frame) {

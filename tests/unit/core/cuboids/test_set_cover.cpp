@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <string>
 #include <vector>
 
 #include "cuboids/cover/set_cover.h"
+#include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
@@ -133,23 +133,10 @@ TEST(SetCover, NothingNeedsNoSet) {
 namespace planar_mapping {
 namespace {
 
+using test::boxesFor;
+using test::cellAt;
+
 // What was covered in parts is covered anew as a whole.
-
-/// The boxes, where no cuboid may be replaced.
-std::vector<Cuboid> boxesFor(const std::vector<NonPlanarCell>& cells,
-                             const std::vector<SurfacePiece>& pieces,
-                             const std::vector<Cuboid>& present,
-                             const CuboidApproximationParams& params) {
-  return coverWithBoxes(cells, pieces, present, {}, params).boxes;
-}
-
-NonPlanarCell cellAt(std::int32_t x, std::int32_t y, std::int32_t z) {
-  NonPlanarCell cell;
-  cell.x = x;
-  cell.y = y;
-  cell.z = z;
-  return cell;
-}
 
 TEST(CoverAgain, JoinsWhatWasCoveredInParts) {
   const CuboidApproximationParams params;

@@ -4,7 +4,6 @@
 // Noise, foliage and crumpled cloth: what is found there is a phantom.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>

@@ -215,16 +215,11 @@ TEST(DisparityPlanes, HostileInputGivesNoPlaneAndNoCrash) {
   xyz[0] = xyz[1] = 0.0F;
   xyz[2] = 1.0F;  // one point
   EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
-  std::fill(xyz.begin(), xyz.end(), 1.0F);  // one point, often
-  EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
-  std::fill(xyz.begin(), xyz.end(), -2.0F);  // behind the camera
-  EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
-  std::fill(xyz.begin(), xyz.end(), std::numeric_limits<float>::infinity());
-  EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
-  std::fill(xyz.begin(), xyz.end(), 0.0F);
-  EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
-  std::fill(xyz.begin(), xyz.end(), 1e-38F);
-  EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
+  // One point often, points behind the camera, none.
+  for (const float value : {1.0F, -2.0F, std::numeric_limits<float>::infinity(), 0.0F, 1e-38F}) {
+    std::fill(xyz.begin(), xyz.end(), value);
+    EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty()) << value;
+  }
   Random random(1);
   for (float& value : xyz) value = static_cast<float>(1e9 * random.normal());
   findPlanes(view, nullptr, stereo());

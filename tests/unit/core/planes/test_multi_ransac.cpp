@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <vector>
-
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "plane_scenes.h"
 

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 #include "depth_scene.h"
 #include "planar_mapping/core/planes/multi_plane.h"

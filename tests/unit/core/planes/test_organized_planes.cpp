@@ -47,22 +47,18 @@ void expectJust(const DepthScene& scene, const PlaneSet& set, int one, int other
   expectFound(scene, set, other, min_recall, max_angle);
 }
 
-TEST(OrganizedPlanes, FindsNoiseFreePlanesExactly) {
-  DepthScene scene = cornerOfARoom();
-  scene.render(0.0, 0.0, 1);
-  const PlaneSet set = search(scene, organized());
-  ASSERT_EQ(set.planes.size(), 3u);
-  for (int surface = 0; surface < 3; ++surface)
-    expectFound(scene, set, surface, 0.97, 0.02 * kDegree);
-}
-
-TEST(OrganizedPlanes, FindsNoisyPlanesWithMissingPixels) {
-  DepthScene scene = cornerOfARoom();
-  scene.render(0.0015, 0.2, 2);
-  const PlaneSet set = search(scene, organized());
-  ASSERT_EQ(set.planes.size(), 3u);
-  for (int surface = 0; surface < 3; ++surface)
-    expectFound(scene, set, surface, 0.95, 0.3 * kDegree);
+TEST(OrganizedPlanes, FindsPlanesExactlyAndWithNoiseAndMissingPixels) {
+  struct Case {
+    double noise, missing, min_recall, max_degrees;
+  };
+  for (const Case& one : {Case{0.0, 0.0, 0.97, 0.02}, Case{0.0015, 0.2, 0.95, 0.3}}) {
+    DepthScene scene = cornerOfARoom();
+    scene.render(one.noise, one.missing, one.noise > 0.0 ? 2 : 1);
+    const PlaneSet set = search(scene, organized());
+    ASSERT_EQ(set.planes.size(), 3u);
+    for (int surface = 0; surface < 3; ++surface)
+      expectFound(scene, set, surface, one.min_recall, one.max_degrees * kDegree);
+  }
 }
 
 TEST(OrganizedPlanes, ZerosAmongListedPointsAreNoMeasurements) {
