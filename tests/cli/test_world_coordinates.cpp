@@ -1,11 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Clouds and poses in the coordinates of a country (UTM) or of the Earth.
-#include <cctype>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "cli_fixture.h"
 #include "planar_mapping/core/base/detail/crc32.h"

@@ -3,7 +3,6 @@
 // PGM and its YAML, read as map_server and nav2_map_server read them, against maps made by hand.
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include "evaluation/cuboid_geometry.h"

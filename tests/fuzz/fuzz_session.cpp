@@ -5,7 +5,6 @@
 // itself the owner with a valid one.
 #include <atomic>
 #include <future>
-#include <thread>
 
 #include "fuzz.h"
 #include "message.h"

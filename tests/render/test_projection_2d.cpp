@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <tuple>
 
 #include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/core/base/error.h"

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <sstream>

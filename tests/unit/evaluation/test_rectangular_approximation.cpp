@@ -9,7 +9,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <set>
 
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Images that belong together by a number in their names, layouts that are made of such names, and
 // what is said of images that are laid out otherwise.
-#include <cmath>
 
 #include "layout_folders.h"
 

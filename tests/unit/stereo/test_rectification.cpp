@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <vector>
 
 #include "planar_mapping/core/base/error.h"
 #include "stereo_images.h"

@@ -6,7 +6,6 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-#include <limits>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <string>
-
 #include "file/columns.h"
 #include "file/label_tree.h"
 #include "hostile_map_file.h"

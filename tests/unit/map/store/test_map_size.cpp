@@ -5,7 +5,6 @@
 // same.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <vector>
 
 #include "map_scene.h"

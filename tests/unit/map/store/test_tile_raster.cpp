@@ -12,7 +12,6 @@
 #include <cstdlib>
 #include <map>
 #include <utility>
-#include <vector>
 
 #include "planar_mapping/core/base/detail/random.h"
 
