@@ -27,7 +27,7 @@ class CrashSafety : public CliTest, public ::testing::WithParamInterface<const c
     ASSERT_EQ(0, run("whole", {}).exit_code);
   }
   ProgramResult run(const std::string& output, const std::vector<std::string>& more,
-                    int fault_at = 0) const {
+                    int fault_at = 0, const char* kind = GetParam()) const {
     std::vector<std::string> arguments = {
         program(),           "run", config("pcd_sequence.yaml"), "-i", directory_ / "input", "-o",
         directory_ / output, "-q"};
@@ -37,7 +37,7 @@ class CrashSafety : public CliTest, public ::testing::WithParamInterface<const c
                                              std::string("LD_PRELOAD=") + FAULT_SHIM,
                                              "FAULT_DIRECTORY=" + directory_ / output,
                                              "FAULT_MARK=" + directory_ / "mark",
-                                             std::string("FAULT_KIND=") + GetParam(),
+                                             std::string("FAULT_KIND=") + kind,
                                              "FAULT_AT=" + std::to_string(fault_at)};
       arguments.insert(arguments.begin(), shim.begin(), shim.end());
     }
@@ -55,6 +55,8 @@ class CrashSafety : public CliTest, public ::testing::WithParamInterface<const c
     for (const char* name : {"/map.pmap", "/map.json", "/trajectory_tum.txt"})
       EXPECT_TRUE(read(expected + name) == read(output + name)) << name;
     EXPECT_EQ(metrics(expected), metrics(output));
+    const std::string all = read(expected + "/frames.csv"), rows = read(output + "/frames.csv");
+    EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), std::count(rows.begin(), rows.end(), '\n'));
   }
   void expectNothingLeft(const std::string& output) const {
     for (const std::string& name : list(output)) EXPECT_NE('.', name.front()) << name;
@@ -106,23 +108,8 @@ TEST_P(CrashSafety, Checkpoints) {
 
 TEST_P(CrashSafety, ResumeOfAnInterruptedRun) {
   // Killed in the middle of its second checkpoint.
-  const std::vector<std::string> arguments = {"/usr/bin/env",
-                                              std::string("LD_PRELOAD=") + FAULT_SHIM,
-                                              "FAULT_DIRECTORY=" + directory_ / "half",
-                                              "FAULT_MARK=" + directory_ / "mark",
-                                              "FAULT_KIND=kill",
-                                              "FAULT_AT=75",
-                                              program(),
-                                              "run",
-                                              config("pcd_sequence.yaml"),
-                                              "-i",
-                                              directory_ / "input",
-                                              "-o",
-                                              directory_ / "half",
-                                              "-q",
-                                              "--checkpoint",
-                                              "0"};
-  ASSERT_EQ(SIGKILL, runProgram(arguments).signal);
+  const ProgramResult killed = run("half", {"--checkpoint", "0"}, 75, "kill");
+  ASSERT_EQ(SIGKILL, killed.signal);
   ASSERT_EQ(1, metrics("half")["frames"]);
   const int operations = forEachFault("half", {"--resume", "--checkpoint", "0"}, 11,
                                       [this](const ProgramResult&) { expectResumes(); });

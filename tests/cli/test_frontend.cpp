@@ -152,14 +152,6 @@ TEST_F(FrontendTest, MemoryDoesNotGrowWithTheSequence) {
 #endif
 }
 
-TEST_F(FrontendTest, AMapperWaitsNoLongerThanItWasTold) {
-  Mapper mapper(*this,
-                runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--timeout", "0.3"}));
-  const ProgramResult mapped = expectExit(4, mapper.wait());
-  EXPECT_NE(std::string::npos, mapped.err.find("no front-end connected for 0.3 s"));
-  EXPECT_FALSE(exists("out/map.pmap"));
-}
-
 TEST_F(FrontendTest, AnInterruptedWaitEndsAtOnce) {
   for (const char* configuration : {"pcd_sequence.yaml", "stereo_indoor.yaml"}) {
     Mapper mapper(*this, runArguments(configuration, configuration, {"--listen", "0"}));
@@ -189,13 +181,6 @@ TEST_F(FrontendTest, WrongAddressesAreNamed) {
   expectOneSentence(result, "--listen: '70000' is not HOST:PORT");
   result = planarMap(runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "-i", cloud}));
   EXPECT_EQ(2, result.exit_code);
-}
-
-TEST_F(FrontendTest, APortInUseIsNamed) {
-  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
-  expectExit(4, planarMap(runArguments("pcd_sequence.yaml", "two", {"--listen", mapper.port()})),
-             "another program listens there");
-  mapper.signal(SIGTERM);
 }
 
 TEST_F(FrontendTest, AMissingInputIsToldToBothSidesAndTheMapperWaitsForTheRightOne) {

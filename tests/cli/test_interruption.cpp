@@ -50,54 +50,6 @@ TEST_F(Interruption, SignalsFinishTheFrameAndSave) {
   }
 }
 
-TEST_F(Interruption, KilledWhileSavingLeavesTheOldFileOrTheNewOne) {
-  const std::string cloud = room();
-  ASSERT_EQ(0, runOn(cloud).exit_code);
-  const std::string old_map = read("out/map.pmap");
-  const std::vector<std::string> other = {"--force", "--set",
-                                          "planar_cuboid_approximation.resolution_m=0.2"};
-  ASSERT_EQ(0, runOn(cloud, other).exit_code);
-  const std::string new_map = read("out/map.pmap");
-  ASSERT_TRUE(old_map != new_map);
-  const double whole = [&]() { return runOn(cloud, other).seconds; }();
-
-  constexpr int kTries = 60;
-  for (int i = 0; i < kTries; ++i) {
-    write("out/map.pmap", old_map);
-    // Kills are spread over the second half of the run, where it saves.
-    const double moment = whole * (0.5 + 0.6 * i / kTries);
-    ProgramOptions options;
-    const auto start = std::chrono::steady_clock::now();
-    options.while_running = [start, moment](pid_t child, const std::string&) {
-      const std::chrono::duration<double> now = std::chrono::steady_clock::now() - start;
-      if (now.count() > moment) ::kill(child, SIGKILL);
-    };
-    planarMap({"run", config("single_pcd.yaml"), "-i", cloud, "-o", directory_ / "out", "-q",
-               other[0], other[1], other[2]},
-              options);
-    const std::string map = read("out/map.pmap");
-    EXPECT_TRUE(map == old_map || map == new_map) << "try " << i;
-  }
-}
-
-TEST_F(Interruption, ResumeContinuesWhereTheRunStopped) {
-  constexpr int kFrames = 160;  // more than a busy machine lets pass before the signal is sent
-  expectExit(130, planarMap(longRun("out", kFrames), signalAfterAFrame(SIGINT)));
-  const int done = Json::parse(read("out/metrics.json"))["frames"];
-  std::vector<std::string> arguments = longRun("out", kFrames);
-  arguments.push_back("--resume");
-  expectExit(0, planarMap(arguments));
-  const Json metrics = Json::parse(read("out/metrics.json"));
-  EXPECT_FALSE(metrics["interrupted"]);
-  EXPECT_EQ(kFrames, metrics["frames"]);
-  const std::string csv = read("out/frames.csv");
-  EXPECT_EQ(kFrames + 1, std::count(csv.begin(), csv.end(), '\n'));
-  const std::string trajectory = read("out/trajectory_tum.txt");
-  EXPECT_EQ(kFrames, std::count(trajectory.begin(), trajectory.end(), '\n') -
-                         std::count(trajectory.begin(), trajectory.end(), '#'));
-  EXPECT_LT(done, kFrames);
-}
-
 TEST_F(Interruption, KilledRunResumesFromItsLastCheckpoint) {
   constexpr int kFrames = 40;
   ASSERT_EQ(0, planarMap(longRun("whole", kFrames)).exit_code);
@@ -144,30 +96,6 @@ TEST_F(Interruption, StandingStillIsNoSignal) {
   expectExit(0, planarMap(longRun("out", 20), options));
   EXPECT_EQ(20, Json::parse(read("out/metrics.json"))["frames"]);
   EXPECT_EQ(0, *rests);
-}
-
-TEST_F(Interruption, SignalIsObeyedWithinAFrame) {
-  const std::string cloud = write("large.pcd", binaryPcd(roomPoints(3000000)));
-  ProgramOptions options;
-  auto sent = std::make_shared<std::chrono::steady_clock::time_point>();
-  const std::string out = directory_ / "out";
-  auto begun =
-      std::make_shared<std::chrono::steady_clock::time_point>();  // when its folder is there
-  options.while_running = [sent, begun, out](pid_t child, const std::string&) {
-    const auto now = std::chrono::steady_clock::now();
-    const std::chrono::steady_clock::time_point never;
-    if (*begun == never && std::filesystem::exists(out)) *begun = now;
-    if (*begun == never || *sent != never || now - *begun < std::chrono::milliseconds(700)) return;
-    *sent = now;
-    ::kill(child, SIGTERM);
-  };
-  // As many as a fast machine does not get through before the signal.
-  std::vector<std::string> arguments = {"run", config("single_pcd.yaml"), "-o", out, "-q"};
-  for (int i = 0; i < 12; ++i) arguments.insert(arguments.end(), {"-i", cloud});
-  const ProgramResult result = planarMap(arguments, options);
-  const std::chrono::duration<double> obeyed = std::chrono::steady_clock::now() - *sent;
-  EXPECT_EQ(130, result.exit_code) << result.err;
-  EXPECT_LT(obeyed.count(), 2.0);  // a second, and what other programs take
 }
 
 TEST_F(Interruption, SecondRunInTheSameDirectoryIsRefused) {

@@ -74,23 +74,6 @@ TEST_F(Run, MetricsHaveEveryPromisedKeyAndAddUp) {
   EXPECT_TRUE(metrics["version"].is_string());
 }
 
-TEST_F(Run, MapJsonHoldsTheCuboids) {
-  ASSERT_EQ(0, runOn(room()).exit_code);
-  const Json map = Json::parse(read("out/map.json"));
-  const Json metrics = Json::parse(read("out/metrics.json"));
-  std::size_t occupied = 0;
-  for (const Json& cuboid : map["cuboids"]) {
-    EXPECT_EQ(3u, cuboid["center"].size());
-    EXPECT_EQ(3u, cuboid["size"].size());
-    EXPECT_EQ(4u, cuboid["quaternion_xyzw"].size());
-    EXPECT_TRUE(cuboid["plane_id"].is_number_integer());
-    EXPECT_GE(cuboid["probability"], 0.0);
-    EXPECT_LE(cuboid["probability"], 1.0);
-    if (cuboid["state"] == "occupied") ++occupied;
-  }
-  EXPECT_EQ(metrics["cuboids"]["total"], occupied);
-}
-
 TEST_F(Run, AnyNumberOfThreadsGivesTheSameMap) {
   ASSERT_EQ(0, runSequence("one", {"-j", "1"}).exit_code);
   ASSERT_EQ(0, runSequence("four", {"-j", "4"}).exit_code);

@@ -2,29 +2,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "cloud_file_bytes.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/io/cloud_file.h"
-#include "temporary_directory.h"
+#include "cloud_file_fixture.h"
 
 namespace planar_mapping {
 namespace io {
 namespace {
 
-class CloudFileDamage : public ::testing::Test {
- protected:
-  std::string write(const std::string& bytes) {
-    // Not atomically: syncing thousands of small files to a disk takes minutes.
-    std::ofstream(dir_ / "cloud", std::ios::binary) << bytes;
-    return dir_ / "cloud";
-  }
-
-  TemporaryDirectory dir_;
-};
+using CloudFileDamage = CloudFile;
 
 /// Whatever happens to a file, reading it ends in a cloud of sound shape or in an IoError.
 void expectSoundOrIoError(const std::string& path) {

@@ -6,6 +6,7 @@
 #include <clocale>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -110,6 +111,8 @@ TEST(MapExport, AFileThatExistsIsKeptAndNothingElseAppears) {
       EXPECT_EQ(bytesOf(files[existing]), "mine");
       for (std::size_t i = 0; i < count; ++i)
         EXPECT_EQ(std::filesystem::exists(files[i]), i == existing) << files[i];
+      const std::filesystem::path folder = std::filesystem::path(files[existing]).parent_path();
+      EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1) << folder;
       io::ExportOptions options;
       options.overwrite = io::Overwrite::Allow;
       io::exportMap(someMap(), path, options);

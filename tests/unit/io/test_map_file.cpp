@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <clocale>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -37,28 +36,6 @@ TEST(MapFile, GivesBackWhatWasSaved) {
   EXPECT_EQ(std::filesystem::file_size(path), map.serialize().size());
 }
 
-TEST(MapFile, IsNotOverwrittenUnlessToldSo) {
-  const TemporaryDirectory directory;
-  const std::string path = directory / "map.pmap";
-  saveMap(smallMap(), path);
-  EXPECT_THROW(saveMap(PlanarMap(), path), IoError);
-  EXPECT_FALSE(loadMap(path).empty());
-  saveMap(PlanarMap(), path, Overwrite::Allow);
-  EXPECT_TRUE(loadMap(path).empty());
-}
-
-TEST(MapFile, LeavesNothingElseInItsDirectory) {
-  const TemporaryDirectory directory;
-  saveMap(smallMap(), directory / "map.pmap");
-  EXPECT_THROW(saveMap(PlanarMap(), directory / "map.pmap"), IoError);
-  std::size_t files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(directory.path())) {
-    (void)entry;
-    ++files;
-  }
-  EXPECT_EQ(files, 1u);
-}
-
 TEST(MapFile, NamesThePathAndTheProblemOfABadFile) {
   const TemporaryDirectory directory;
   const std::string path = directory / "bad.pmap";
@@ -82,11 +59,6 @@ TEST(MapFile, NamesThePathAndTheProblemOfABadFile) {
   EXPECT_NE(problem(whole.substr(0, whole.size() / 2)).find("cut short"), std::string::npos);
   whole[whole.size() / 2] = static_cast<char>(whole[whole.size() / 2] ^ 1);
   EXPECT_NE(problem(whole).find("damaged"), std::string::npos);
-}
-
-TEST(MapFile, IsNotWrittenIntoADirectoryThatIsNotThere) {
-  const TemporaryDirectory directory;
-  EXPECT_THROW(saveMap(smallMap(), directory / "no/such/map.pmap"), IoError);
 }
 
 /// Frames of a real sequence with known poses into a map.
@@ -239,28 +211,6 @@ TEST(MapJson, IsValidForAnEmptyMap) {
   const nlohmann::json json = nlohmann::json::parse(mapToJson(PlanarMap()));
   EXPECT_TRUE(json.at("cuboids").empty());
   EXPECT_TRUE(json.at("planes").empty());
-}
-
-TEST(MapJson, DoesNotDependOnTheLocale) {
-  const PlanarMap map = smallMap();
-  const std::string expected = mapToJson(map);
-  const std::string before = std::setlocale(LC_ALL, nullptr);
-  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"}) {
-    if (std::setlocale(LC_ALL, name) != nullptr) {
-      EXPECT_EQ(mapToJson(map), expected);
-    }
-  }
-  std::setlocale(LC_ALL, before.c_str());
-}
-
-TEST(MapJson, IsNotOverwrittenUnlessToldSo) {
-  const TemporaryDirectory directory;
-  const std::string path = directory / "map.json";
-  saveMapJson(smallMap(), path);
-  EXPECT_THROW(saveMapJson(PlanarMap(), path), IoError);
-  saveMapJson(PlanarMap(), path, Overwrite::Allow);
-  const std::vector<std::uint8_t> bytes = readWholeFile(path);
-  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), mapToJson(PlanarMap()));
 }
 
 }  // namespace

@@ -271,22 +271,20 @@ TEST(PlanarMap, RejectsWhatDoesNotFitTogetherAndStaysAsItWas) {
   rejects([&](FrameObservation& f) { f.points.data = nullptr; });
 }
 
+/// The others: Parameters.PlanarMapping of tests/contract.
 TEST(PlanarMap, RejectsBadParameters) {
   const auto rejects = [](auto&& spoil) {
     PlanarMapParams params;
     spoil(params);
     EXPECT_THROW(PlanarMap{params}, ParameterError);
   };
-  rejects([](PlanarMapParams& p) { p.approximation.resolution = 0.0; });
   rejects([](PlanarMapParams& p) { p.association_angle = std::nan(""); });
   rejects([](PlanarMapParams& p) { p.association_offset = -0.1; });
-  rejects([](PlanarMapParams& p) { p.min_probability = 1.1; });
   rejects([](PlanarMapParams& p) { p.belief_gain = 0.0; });
   rejects([](PlanarMapParams& p) { p.miss_factor = 2.0; });
   rejects([](PlanarMapParams& p) { p.first_belief = 0.0; });
   rejects([](PlanarMapParams& p) { p.noise_factor = -1.0; });
   rejects([](PlanarMapParams& p) { p.min_cell_fraction = std::nan(""); });
-  rejects([](PlanarMapParams& p) { p.max_range = -1.0; });
   rejects([](PlanarMapParams& p) { p.miss_range = std::nan(""); });
   rejects([](PlanarMapParams& p) { p.max_range = 1e6; });  // would be 1e21 unknown cells
 }

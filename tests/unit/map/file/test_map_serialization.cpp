@@ -19,37 +19,6 @@ using namespace test;
 
 class MapSerialization : public testing::TestWithParam<Profile> {};
 
-TEST_P(MapSerialization, GivesTheSameBytesAndAnswersAfterLoading) {
-  const PlanarMap map = test::mapOfFrames(3, GetParam());
-  const Bytes bytes = map.serialize();
-  const PlanarMap loaded = load(bytes);
-  EXPECT_EQ(loaded.serialize(), bytes);
-  ASSERT_EQ(loaded.cuboids().size(), map.cuboids().size());
-  for (std::size_t i = 0; i < map.cuboids().size(); ++i) {
-    const Cuboid& a = map.cuboids()[i];
-    const Cuboid& b = loaded.cuboids()[i];
-    EXPECT_EQ(a.center, b.center);
-    EXPECT_EQ(a.size, b.size);
-    EXPECT_EQ(a.orientation.coeffs(), b.orientation.coeffs());
-    EXPECT_EQ(a.plane_id, b.plane_id);
-    EXPECT_EQ(a.probability, b.probability);
-  }
-  EXPECT_EQ(loaded.unknownCells(), map.unknownCells());
-  EXPECT_EQ(loaded.unknownCuboids().size(), map.unknownCuboids().size());
-  ASSERT_EQ(loaded.trajectory().size(), map.trajectory().size());
-  for (std::size_t i = 0; i < map.trajectory().size(); ++i) {
-    EXPECT_EQ(loaded.trajectory()[i].first, map.trajectory()[i].first);
-    EXPECT_EQ(loaded.trajectory()[i].second.matrix(), map.trajectory()[i].second.matrix());
-  }
-  Random random(3);
-  for (int i = 0; i < 5000; ++i) {
-    const Vector3 p(random.uniform(-3.0, 3.0), random.uniform(-2.0, 8.0),
-                    random.uniform(-1.0, 3.5));
-    EXPECT_EQ(loaded.stateAt(p), map.stateAt(p));
-    EXPECT_EQ(loaded.occupancyAt(p), map.occupancyAt(p));
-  }
-}
-
 TEST_P(MapSerialization, GoesOnAfterLoadingAsTheLiveMapDoes) {
   PlanarMap live = test::mapOfFrames(2, GetParam());
   PlanarMap loaded = load(live.serialize());
@@ -152,7 +121,6 @@ TEST(MapOrigin, IsKeptByBothKindsOfFile) {
   params.origin.x() = NAN;
   EXPECT_THROW(PlanarMap{params}, ParameterError);
 }
-
 
 /// A file small enough to be spoilt in every way; of a finished map if the parameter is true.
 class HostileFile : public testing::TestWithParam<bool> {

@@ -235,9 +235,6 @@ TEST(MergeMaps, GoesOnAsAMap) {
 TEST(MergeMaps, ChangesNothingWhereItRefuses) {
   PlanarMap map = walk(0, 2);
   const std::vector<std::uint8_t> before = map.serialize();
-  PlanarMapParams coarse = paramsOf();
-  coarse.approximation.resolution = 0.2;
-  EXPECT_THROW(map.merge(walk(0, 1, coarse)), InputError);
   EXPECT_THROW(map.merge(walk(0, 1, paramsOf(Profile::Paper))), InputError);
   Pose skewed = Pose::Identity();
   skewed.linear() *= 2.0;

@@ -293,19 +293,5 @@ TEST(UnknownSpace, OfTwoPosesIsWhatNeitherSawFree) {
   EXPECT_EQ(left.unknownCells(), right.unknownCells());
 }
 
-TEST(UnknownSpace, IsClearedOnceTheBoxIsGoneAndItIsSeenFree) {
-  BoxAndWall world;
-  PlanarMap map(paramsAt(0.1));
-  map.insert(world.from(0.0).frame());
-  EXPECT_TRUE(map.isUnknown({0.05, 3.05, 0.05}));
-  BoxAndWall empty;
-  empty.scene.boxes.pop_back();
-  map.insert(empty.from(0.0).frame());
-  EXPECT_TRUE(map.isFree({0.05, 3.05, 0.05}));
-  // And stays so when the box is back: it was seen free.
-  map.insert(world.from(0.0).frame());
-  EXPECT_TRUE(map.isFree({0.05, 3.05, 0.05}));
-}
-
 }  // namespace
 }  // namespace planar_mapping
