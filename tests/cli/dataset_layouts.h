@@ -52,15 +52,10 @@ inline std::string sixDigits(std::size_t i) {
   return text;
 }
 
-/// Rows of a matrix of 3 x 4 numbers.
-inline std::string rows(const Pose& pose, const char* separator) {
+/// A matrix of 3 x 4 numbers, row by row.
+inline std::string rows(const Pose& pose) {
   std::string text;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      text += (row + column == 0 ? ""
-               : column == 0     ? separator
-                                 : " ") +
-              number(pose.matrix()(row, column));
+  for (int i = 0; i < 12; ++i) text += (i == 0 ? "" : " ") + number(pose.matrix()(i / 4, i % 4));
   return text;
 }
 
@@ -83,7 +78,7 @@ inline std::string kittiFolder(const std::string& root, const io::Calibration& c
   std::string lines;
   for (const io::StampedPose& pose : poses) {
     times += number(pose.timestamp) + "\n";
-    lines += rows(pose.pose, " ") + "\n";
+    lines += rows(pose.pose) + "\n";
   }
   writeText(sequence / "times.txt", times);
   writeText(fs::path(root) / "poses/00.txt", lines);
@@ -142,46 +137,6 @@ inline std::string toTum(const std::string& native, const std::string& folder) {
   return folder;
 }
 
-/// depth/N.png, rgb/N.png and NAME.gt.freiburg, whose world and camera are mirrored in y.
-inline std::string toIcl(const std::string& native, const std::string& folder) {
-  std::vector<io::StampedPose> poses = io::readTumPoses(native + "/poses.txt");
-  const Vector3 mirror(1, -1, 1);
-  const auto nameOf = [](std::size_t i) { return std::to_string(i) + ".png"; };
-  copyFiles(native + "/depth", folder + "/depth", nameOf);
-  copyFiles(native + "/rgb", folder + "/rgb", nameOf);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    poses[i].timestamp = static_cast<double>(i);
-    poses[i].pose.linear() =
-        mirror.asDiagonal() * Matrix3(poses[i].pose.linear()) * mirror.asDiagonal();
-    poses[i].pose.translation() = mirror.cwiseProduct(poses[i].pose.translation());
-  }
-  writeText(folder + "/livingRoom0.gt.freiburg", io::toTum(poses));
-  return folder;
-}
-
-/// depth/, color/, camera_intrinsic.json and scene/trajectory.log.
-inline std::string toOpen3d(const std::string& native, const std::string& folder) {
-  const io::Calibration calibration = io::readCalibration(native + "/calib.yaml");
-  const PinholeCamera& c = calibration.camera;
-  const auto nameOf = [](std::size_t i) { return sixDigits(i) + ".png"; };
-  copyFiles(native + "/depth", folder + "/depth", nameOf);
-  copyFiles(native + "/rgb", folder + "/color", nameOf);
-  writeText(folder + "/camera_intrinsic.json",
-            "{\"width\": " + std::to_string(c.width) + ", \"height\": " + std::to_string(c.height) +
-                ", \"intrinsic_matrix\": [" + number(c.fx) + ", 0, 0, 0, " + number(c.fy) +
-                ", 0, " + number(c.cx) + ", " + number(c.cy) +
-                ", 1], \"depth_scale\": " + number(*calibration.depth_scale) + "}");
-  std::string log;
-  std::size_t i = 0;
-  for (const io::StampedPose& pose : io::readTumPoses(native + "/poses.txt")) {
-    log += std::to_string(i) + " " + std::to_string(i) + " " + std::to_string(i + 1) + "\n" +
-           rows(pose.pose, "\n") + "\n0 0 0 1\n";
-    ++i;
-  }
-  writeText(folder + "/scene/trajectory.log", log);
-  return folder;
-}
-
 /// mav0 with cam0 as the body, whose poses have times of their own; pairs are not rectified.
 inline std::string toEuroc(const std::string& native, const std::string& folder) {
   const io::Calibration calibration = io::readCalibration(native + "/calib.yaml");
@@ -199,7 +154,7 @@ inline std::string toEuroc(const std::string& native, const std::string& folder)
     for (std::size_t i = 0; i < poses.size(); ++i)
       list += nanoseconds(i) + "," + nanoseconds(i) + ".png\r\n";
     writeText(camera + "/data.csv", list);
-    std::string matrix = rows(T_body_camera, " ");
+    std::string matrix = rows(T_body_camera);
     std::replace(matrix.begin(), matrix.end(), ' ', ',');
     writeText(camera + "/sensor.yaml",
               "# General sensor definitions.\nsensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n"
@@ -225,25 +180,6 @@ inline std::string toEuroc(const std::string& native, const std::string& folder)
     truth += "\n";
   }
   writeText(folder + "/mav0/state_groundtruth_estimate0/data.csv", truth);
-  return folder;
-}
-
-/// im0.png, im1.png and calib.txt of the first pair.
-inline std::string toMiddlebury(const std::string& native, const std::string& folder) {
-  const io::Calibration calibration = io::readCalibration(native + "/calib.yaml");
-  const PinholeCamera& c = calibration.camera;
-  fs::create_directories(folder);
-  fs::copy_file(filesIn(native + "/left").front(), folder + "/im0.png");
-  fs::copy_file(filesIn(native + "/right").front(), folder + "/im1.png");
-  const auto camera = [&](double cx) {
-    return "[" + number(c.fx) + " 0 " + number(cx) + "; 0 " + number(c.fy) + " " + number(c.cy) +
-           "; 0 0 1]\n";
-  };
-  writeText(folder + "/calib.txt", "cam0=" + camera(c.cx) + "cam1=" + camera(calibration.cx_right) +
-                                       "doffs=" + number(calibration.cx_right - c.cx) +
-                                       "\nbaseline=" + number(1000.0 * *calibration.baseline) +
-                                       "\nwidth=" + std::to_string(c.width) +
-                                       "\nheight=" + std::to_string(c.height) + "\nndisp=64\n");
   return folder;
 }
 

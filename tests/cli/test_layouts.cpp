@@ -11,8 +11,8 @@ namespace {
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
-/// A simulated sequence as our own folder, and the same frames as a public data set has them: the
-/// map must be the same, byte for byte.
+/// A simulated sequence as our own folder, and the same frames as a public data set of each kind
+/// has them: the map must be the same, byte for byte. All layouts: LayoutFolders of tests/unit/io.
 class Layouts : public CliTest {
  protected:
   void simulate(const std::string& name, const std::vector<std::string>& more) const {
@@ -21,20 +21,20 @@ class Layouts : public CliTest {
     arguments.insert(arguments.end(), more.begin(), more.end());
     ASSERT_EQ(0, planarMap(arguments).exit_code);
   }
-  std::string stereo(const std::string& size = "320x240") const {
-    const std::size_t x = size.find('x');
-    simulate("native",
-             {"--write", "images", "--width", size.substr(0, x), "--height", size.substr(x + 1)});
+  std::string stereo() const {
+    simulate("native", {"--write", "images", "--width", "320", "--height", "240"});
     return directory_ / "native";
   }
-  /// The left images with their true depths. \param camera  of calib.yaml, but for the depth scale
-  std::string rgbd(const std::string& size, const std::string& calibration) const {
-    const std::string native = stereo(size);
+  /// The left images with their true depths.
+  std::string rgbd() const {
+    const std::string native = stereo();
     fs::rename(native + "/left", native + "/rgb");
     fs::rename(native + "/depth_gt", native + "/depth");
     fs::remove_all(native + "/right");
     fs::remove_all(native + "/labels_gt");
-    write("native/calib.yaml", calibration);
+    write("native/calib.yaml",
+          "image_width: 320\nimage_height: 240\nfx: 250\nfy: 250\ncx: 159.5\ncy: 119.5\n"
+          "depth_scale: 1000\n");
     return native;
   }
   void setTimes(const std::string& native, double step) const {
@@ -44,13 +44,9 @@ class Layouts : public CliTest {
     io::writeTumPoses(native + "/poses.txt", poses, io::Overwrite::Allow);
   }
   void expectSameMap(const std::string& native, const std::string& configuration,
-                     const std::string& folder, const std::string& layout,
-                     const std::vector<std::string>& settings = {}) const {
-    std::vector<std::string> arguments = {"run", config(configuration),    "-i", native,
-                                          "-o",  directory_ / "of_native", "-q"};
-    for (const std::string& setting : settings)
-      arguments.insert(arguments.end(), {"--set", setting});
-    expectExit(0, planarMap(arguments));
+                     const std::string& folder, const std::string& layout) const {
+    expectExit(0, planarMap({"run", config(configuration), "-i", native, "-o",
+                             directory_ / "of_native", "-q"}));
     const ProgramResult result =
         expectExit(0, planarMap({"run", folder, "-o", directory_ / "of_layout"}));
     EXPECT_EQ(0u, result.err.find("planar_map: " + folder + ": " + layout)) << result.err;
@@ -91,43 +87,19 @@ TEST_F(Layouts, KittiScansGiveTheMapOfTheSameClouds) {
 }
 
 TEST_F(Layouts, TumGivesTheMapOfTheSameFolder) {
-  const std::string calibration =
-      "image_width: 320\nimage_height: 240\nfx: 250\nfy: 250\ncx: 159.5\ncy: 119.5\n"
-      "depth_scale: 1000\n";
-  const std::string native = rgbd("320x240", calibration);
+  const std::string native = rgbd();
   const std::string folder = layout_test::toTum(native, directory_ / "tum");
-  write("tum/calib.yaml", calibration);
+  write("tum/calib.yaml", read("native/calib.yaml"));
   expectSameMap(native, "rgbd_indoor.yaml", folder, "TUM RGB-D: 3 RGB-D frames, poses of a file");
 }
 
 TEST_F(Layouts, CalibrationMayBeGivenByAnOption) {
-  const std::string calibration =
-      "image_width: 320\nimage_height: 240\nfx: 250\nfy: 250\ncx: 159.5\ncy: 119.5\n"
-      "depth_scale: 1000\n";
-  const std::string native = rgbd("320x240", calibration);
+  const std::string native = rgbd();
   const std::string folder = layout_test::toTum(native, directory_ / "tum");
   expectExit(4, planarMap({"run", folder, "-o", directory_ / "out", "-q"}), "--calib FILE");
   expectExit(0, planarMap({"run", folder, "--calib", native + "/calib.yaml", "-o",
                            directory_ / "out", "-q"}));
   EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("calibration: "));
-}
-
-TEST_F(Layouts, IclGivesTheMapOfTheSameFolder) {
-  const std::string native = rgbd("640x480",
-                                  "image_width: 640\nimage_height: 480\nfx: 481.2\nfy: 480\n"
-                                  "cx: 319.5\ncy: 239.5\ndepth_scale: 5000\n");
-  setTimes(native, 1.0 / 30.0);
-  expectSameMap(native, "rgbd_indoor.yaml", layout_test::toIcl(native, directory_ / "icl"),
-                "ICL-NUIM: 3 RGB-D frames, poses of a file");
-}
-
-TEST_F(Layouts, Open3dGivesTheMapOfTheSameFolder) {
-  const std::string native = rgbd("320x240",
-                                  "image_width: 320\nimage_height: 240\nfx: 250\nfy: 251\n"
-                                  "cx: 159.5\ncy: 119.5\ndepth_scale: 1000\n");
-  setTimes(native, 1.0 / 30.0);
-  expectSameMap(native, "rgbd_indoor.yaml", layout_test::toOpen3d(native, directory_ / "o3d"),
-                "Open3D RGB-D: 3 RGB-D frames, poses of a file");
 }
 
 TEST_F(Layouts, EurocGivesTheMapOfTheSameFolder) {
@@ -139,15 +111,6 @@ TEST_F(Layouts, EurocGivesTheMapOfTheSameFolder) {
   setTimes(native, 0.1);
   expectSameMap(native, "stereo_indoor.yaml", layout_test::toEuroc(native, directory_ / "euroc"),
                 "EuRoC (ASL): 3 image pairs, poses of a file");
-}
-
-TEST_F(Layouts, MiddleburyGivesTheMapOfTheSameFolder) {
-  const std::string native = stereo();
-  const std::string folder = layout_test::toMiddlebury(native, directory_ / "middlebury");
-  fs::remove(native + "/poses.txt");
-  for (const char* name : {"/left", "/right"})
-    for (const char* file : {"/000001.png", "/000002.png"}) fs::remove(native + name + file);
-  expectSameMap(native, "stereo_indoor.yaml", folder, "Middlebury: 1 image pair, no poses");
 }
 
 TEST_F(Layouts, TheTutorialRunsAsItStands) {

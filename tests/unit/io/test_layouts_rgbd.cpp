@@ -93,6 +93,7 @@ TEST_F(LayoutFolders, Open3dTakesImagesInOrder) {
   EXPECT_EQ(1.5, sequence.calibration()->camera.cx);
   EXPECT_EQ(1000.0, *sequence.calibration()->depth_scale);
   EXPECT_EQ(0.5, sequence.describe(1).T_world_sensor->translation().x());
+  EXPECT_DOUBLE_EQ(1.0 / 30.0, sequence.describe(1).timestamp);
   EXPECT_FALSE(sequence.read(1).left.empty());
   write("o3d/trajectory.log", "1 1 2\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
   SequenceOptions options;
@@ -216,6 +217,11 @@ TEST_F(LayoutFolders, IclIsMirroredAndInNumberOrder) {
   EXPECT_EQ("ICL-NUIM", sequence.layout());
   ASSERT_EQ(3u, sequence.size());
   EXPECT_NE(std::string::npos, sequence.path(2).find("/10.png"));
+  const PinholeCamera& camera = sequence.calibration()->camera;
+  EXPECT_EQ(Eigen::Vector4d(481.2, 480.0, 319.5, 239.5),
+            Eigen::Vector4d(camera.fx, camera.fy, camera.cx, camera.cy));
+  EXPECT_EQ(5000.0, *sequence.calibration()->depth_scale);
+  EXPECT_DOUBLE_EQ(9.0 / 30.0, sequence.describe(1).timestamp);
   const Pose pose = *sequence.describe(0).T_world_sensor;
   EXPECT_EQ(-1.0, pose.translation().y());
   // The given rotation takes x to y, y to z, z to x; mirrored in y on both sides.
