@@ -6,7 +6,6 @@
 //
 //   compare_plane_sources [frames] [features]
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -28,14 +27,12 @@ using planar_mapping::PointsView;
 using planar_mapping::evaluation::SimulatedFrame;
 using planar_mapping::evaluation::Simulation;
 
-constexpr int kRepetitions = 3;
 constexpr double kOverlap = 0.8;
 constexpr std::size_t kMinFraction = 300;  ///< of the points, that a plane must have to count
 
 /// Sums over frames.
 struct Score {
-  double true_planes = 0, found = 0, segments = 0, right = 0, points = 0, right_points = 0;
-  std::vector<double> ms;
+  double true_planes = 0, found = 0, segments = 0, right = 0;
 };
 
 /// A true plane is found if one segment holds 80 % of its points; a segment is right if 80 % of its
@@ -69,33 +66,13 @@ void check(const SimulatedFrame& frame, const PlaneSet& set, std::size_t least, 
   }
   for (const auto& [label, size] : sizes) {
     score.true_planes += 1;
-    score.points += static_cast<double>(size);
-    score.right_points += static_cast<double>(most[label]);
     if (static_cast<double>(most[label]) >= kOverlap * static_cast<double>(size)) score.found += 1;
   }
 }
 
-template <typename Search>
-void measure(const SimulatedFrame& frame, std::size_t least, const Search& search, Score& score) {
-  PlaneSet set;
-  double best = 1e9;
-  for (int i = 0; i < kRepetitions; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    set = search();
-    const std::chrono::duration<double, std::milli> taken =
-        std::chrono::steady_clock::now() - start;
-    best = std::min(best, taken.count());
-  }
-  score.ms.push_back(best);
-  check(frame, set, least, score);
-}
-
-void print(const std::string& scene, const char* source, Score score) {
-  std::nth_element(score.ms.begin(), score.ms.begin() + score.ms.size() / 2, score.ms.end());
-  std::printf("| %s | %s | %.1f | %.3f | %.3f | %.3f |\n", scene.c_str(), source,
-              score.ms[score.ms.size() / 2], score.found / score.true_planes,
-              score.segments > 0 ? score.right / score.segments : 0.0,
-              score.right_points / score.points);
+void print(const std::string& scene, const char* source, const Score& score) {
+  std::printf("| %s | %s | %.3f | %.3f |\n", scene.c_str(), source, score.found / score.true_planes,
+              score.segments > 0 ? score.right / score.segments : 0.0);
 }
 
 void compare(const std::string& scene, int frames, int features_per_frame) {
@@ -125,13 +102,13 @@ void compare(const std::string& scene, int frames, int features_per_frame) {
     const auto run_features = [&] {
       return planar_mapping::segmentPlanes(points, nullptr, key_features, search);
     };
-    measure(frame, least, run, metres);
+    check(frame, run(), least, metres);
     dense.method = PlaneSearchMethod::Disparity;
-    measure(frame, least, run, disparity);
+    check(frame, run(), least, disparity);
     search.source = planar_mapping::PlaneSource::Features;
-    measure(frame, least, run_features, from_features);
+    check(frame, run_features(), least, from_features);
     search.source = planar_mapping::PlaneSource::Auto;
-    measure(frame, least, run_features, both);
+    check(frame, run_features(), least, both);
   }
   print(scene, "dense, in metres", metres);
   print(scene, "dense, in disparity space", disparity);
@@ -144,8 +121,8 @@ void compare(const std::string& scene, int frames, int features_per_frame) {
 int main(int argc, char** argv) {
   const int frames = argc > 1 ? std::max(1, std::atoi(argv[1])) : 10;
   const int features = argc > 2 ? std::max(1, std::atoi(argv[2])) : 600;
-  std::printf("| scene | source | ms | recall | precision | point recall |\n");
-  std::printf("|---|---|---|---|---|---|\n");
+  std::printf("| scene | source | recall | precision |\n");
+  std::printf("|---|---|---|---|\n");
   for (const char* scene : {"room", "corridor", "outdoor"}) compare(scene, frames, features);
   return 0;
 }
