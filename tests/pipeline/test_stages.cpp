@@ -49,13 +49,6 @@ Indices expected(const Frame& frame, const Keep& keep) {
   return indices;
 }
 
-TEST(Stages, PassThroughKeepsIndicesIntoTheCloud) {
-  Frame frame = frameOf(roomWithGaps());
-  pipelineOf("  - stage: pass_through\n    axis: x\n    min_m: 2\n    max_m: 3\n").process(frame);
-  EXPECT_EQ(expected(frame, [](const auto& p) { return p.x >= 2.0f && p.x <= 3.0f; }),
-            frame.indices);
-}
-
 TEST(Stages, FiltersInARowKeepTheCommonPoints) {
   Frame frame = frameOf(roomWithGaps());
   pipelineOf(

@@ -185,15 +185,6 @@ TEST(FeatureTracker, NumbersGoOnAfterAReset) {
   EXPECT_EQ(tracker.report().tracked + tracker.report().reseen, 0u);
 }
 
-TEST(FeatureTracker, SaysThatLeftAndRightAreExchanged) {
-  ImagePair pair = pairOf(Pattern(7), {15.0, 0.0, 0.02}, kWidth, kHeight);
-  std::swap(pair.left, pair.right);
-  FeatureTracker tracker(paramsOf(FeatureDetector::Automatic));
-  track(tracker, pair);
-  EXPECT_TRUE(tracker.report().swapped);
-  EXPECT_GT(tracker.report().negative_disparities, 20u);
-}
-
 TEST(FeatureTracker, BlackAndUniformImagesHaveNoFeatures) {
   for (const FeatureDetector detector : kDetectors) {
     for (const double value : {0.0, 200.0}) {

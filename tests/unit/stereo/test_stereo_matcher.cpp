@@ -130,15 +130,6 @@ TEST(StereoMatcher, PrincipalPointsThatDifferShiftTheDisparityOfInfinity) {
   EXPECT_NEAR(xyz[3 * center + 2], 5.0, 0.1);
 }
 
-TEST(StereoMatcher, SaysThatLeftAndRightAreExchanged) {
-  const DisparityPlane plane{24.0, 0.05, 0.02};
-  ImagePair pair = pairOf(Pattern(6), plane, kWidth, kHeight);
-  std::swap(pair.left, pair.right);
-  StereoReport report;
-  match(pair, {}, &report);
-  EXPECT_TRUE(report.swapped);
-}
-
 TEST(StereoMatcher, BlackAndUniformImagesHaveNoDisparity) {
   for (const double value : {0.0, 128.0, 255.0}) {
     const ImagePair pair{uniform(kWidth, kHeight, value), uniform(kWidth, kHeight, value)};

@@ -162,10 +162,6 @@ int apart(Color a, Color b) {
   return std::abs(a.red - b.red) + std::abs(a.green - b.green) + std::abs(a.blue - b.blue);
 }
 
-TEST(PlaneColor, DependsOnTheIdAlone) {
-  for (int id = 0; id < 100; ++id) EXPECT_EQ(planeColor(id), planeColor(id));
-}
-
 TEST(PlaneColor, TellsNeighbouringIdsApart) {
   for (int id = 0; id < 200; ++id) {
     for (int next = 1; next <= 3; ++next)

@@ -25,12 +25,18 @@ GroundParams paperParams() {
   return params;
 }
 
+/// The ground of a scene, which has one.
+Ground groundOf(GroundScene& scene, const GroundParams& params = paperParams()) {
+  scene.render();
+  const Ground ground = findGround(scene.view(), nullptr, params);
+  EXPECT_TRUE(ground.found) << toString(ground.diagnostics.status);
+  return ground;
+}
+
 TEST(Ground, FlatGroundIsFoundAndRemoved) {
   GroundScene scene;
   scene.wall_distance = 3.0;
-  scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, paperParams());
-  ASSERT_TRUE(ground.found) << toString(ground.diagnostics.status);
+  const Ground ground = groundOf(scene);
   EXPECT_NEAR(ground.height, 0.37, 1e-3);
   EXPECT_NEAR((ground.plane.normal - Vector3(0, -1, 0)).norm(), 0.0, 1e-3);
   EXPECT_NEAR(ground.plane.offset, 0.37, 1e-3);
@@ -41,11 +47,9 @@ TEST(Ground, FlatGroundIsFoundAndRemoved) {
 TEST(Ground, FootOfAWallStays) {
   GroundScene scene;
   scene.wall_distance = 1.5;
-  scene.render();
   GroundParams params = paperParams();
   params.distance_threshold = 0.05;
-  const Ground ground = findGround(scene.view(), nullptr, params);
-  ASSERT_TRUE(ground.found);
+  const Ground ground = groundOf(scene, params);
   // Wall points under the threshold, but over the narrow band at a wall's foot.
   std::size_t low = 0;
   std::size_t kept = 0;
@@ -70,9 +74,8 @@ TEST(Ground, PitchAndRollWithinToleranceAreFollowed) {
       scene.roll = roll;
       scene.disparity_noise = 0.2;
       scene.wall_distance = 4.0;
-      scene.render();
-      const Ground ground = findGround(scene.view(), nullptr, paperParams());
-      ASSERT_TRUE(ground.found) << pitch << " " << roll;
+      SCOPED_TRACE(std::to_string(pitch) + " " + std::to_string(roll));
+      const Ground ground = groundOf(scene);
       const Vector3 up = scene.levelFromCamera().transpose() * Vector3::UnitZ();
       EXPECT_LT(std::acos(std::min(1.0, ground.plane.normal.dot(up))), 0.01)
           << pitch << " " << roll;
@@ -108,10 +111,8 @@ TEST(Ground, RampAheadIsFollowed) {
   GroundScene scene;
   scene.ground = [](double x, double) { return 0.15 * std::max(0.0, x - 2.0); };  // 8.5 degrees
   scene.wall_distance = 6.0;
-  scene.render();
   GroundParams params = paperParams();
-  const Ground followed = findGround(scene.view(), nullptr, params);
-  ASSERT_TRUE(followed.found);
+  const Ground followed = groundOf(scene, params);
   EXPECT_GT(scene.fraction(followed.is_ground, 1), 0.97);
   EXPECT_LT(scene.fraction(followed.is_ground, 2), 0.05);
   EXPECT_GT(followed.diagnostics.slope_cells, 0u);
@@ -123,9 +124,7 @@ TEST(Ground, RampDownIsFollowed) {
   GroundScene scene;
   scene.ground = [](double x, double) { return -0.1 * std::max(0.0, x - 1.5); };
   scene.pitch = 0.15;
-  scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, paperParams());
-  ASSERT_TRUE(ground.found);
+  const Ground ground = groundOf(scene);
   EXPECT_GT(scene.fraction(ground.is_ground, 1), 0.95);
 }
 
@@ -134,9 +133,7 @@ TEST(Ground, KerbStays) {
   // A pavement 12 cm above the road from 0.5 m to the left on.
   scene.ground = [](double, double y) { return y > 0.5 ? 0.12 : 0.0; };
   scene.pitch = 0.1;
-  scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, paperParams());
-  ASSERT_TRUE(ground.found);
+  const Ground ground = groundOf(scene);
   EXPECT_NEAR(ground.height, 0.37, 0.01);
   std::size_t road = 0, road_removed = 0, kerb = 0, kerb_removed = 0;
   const auto level = scene.robotFrame();
@@ -157,9 +154,7 @@ TEST(Ground, StairsUpStay) {
     return x < 1.5 ? 0.0 : 0.16 * (1 + std::floor((x - 1.5) / 0.3));
   };
   scene.pitch = 0.1;
-  scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, paperParams());
-  ASSERT_TRUE(ground.found);
+  const Ground ground = groundOf(scene);
   const auto level = scene.robotFrame();
   for (std::size_t i = 0; i < scene.truth.size(); ++i) {
     if (scene.truth[i] == 1 && level[3 * i + 2] + 0.37 > 0.05) {
@@ -258,11 +253,9 @@ TEST(Ground, CovarianceCoversTheErrorOfThePlane) {
     scene.max_range = 3.0;
     scene.pitch = 0.2;
     scene.seed = seed;
-    scene.render();
     GroundParams params = paperParams();
     params.slope_cell = 0.0;
-    const Ground ground = findGround(scene.view(), nullptr, params);
-    ASSERT_TRUE(ground.found);
+    const Ground ground = groundOf(scene, params);
     EXPECT_GT(ground.covariance(3, 3), 0.0);
     within += std::abs(ground.plane.offset - 0.37) < 4.0 * std::sqrt(ground.covariance(3, 3));
   }
