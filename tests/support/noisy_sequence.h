@@ -156,13 +156,6 @@ inline double completeness(const PlanarMap& map, const std::vector<View>& exact,
   return points == 0 ? 1.0 : static_cast<double>(found) / static_cast<double>(points);
 }
 
-/// Cells of the map: cuboids in units of standard cells.
-inline double volumeInCells(const PlanarMap& map, double s) {
-  double volume = 0.0;
-  for (const Cuboid& cuboid : map.cuboids()) volume += cuboid.volume();
-  return volume / (s * s * s);
-}
-
 /// Views through the scene from the places numbered so, half a metre and a fifth of a radian apart.
 inline std::vector<View> noisyWalk(const std::vector<int>& places) {
   StereoErrors errors;
