@@ -221,9 +221,8 @@ int evaluate(const EvaluateArguments& arguments) {
   std::vector<Variant> variants = {{"PG_paper", "paper", {}}, {"PG", "compact", {}}};
   std::vector<Variant> ablation;
   if (arguments.ablation) ablation = ablationVariants();
-  if (arguments.regimes) {
+  if (arguments.regimes)
     for (Variant& variant : regimeVariants()) ablation.push_back(std::move(variant));
-  }
   for (const std::string& text : arguments.variants) ablation.push_back(parseVariant(text));
   const bool ablated = !ablation.empty();
 
@@ -308,19 +307,13 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
                    "Simulated scenes, comma-separated, where there is no input")
       ->delimiter(',')
       ->option_text("NAME,... [corridor,outdoor]");
-  command->add_option("--yaw-deg", arguments->yaw_deg, "Turns simulated scenes about z, degrees")
-      ->capture_default_str()
-      ->check(numberIn(-360.0, 360.0));
-  command
-      ->add_option("--places", arguments->places.places,
-                   "Places along the path, >= 1, each mapped anew")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100000));
-  command
-      ->add_option("--frames-per-place", arguments->places.frames_per_place,
-                   "Consecutive frames that make a place; 0 = all frames are one place")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1000000));
+  addChecked(*command, "--yaw-deg", arguments->yaw_deg, numberIn(-360.0, 360.0),
+             "Turns simulated scenes about z, degrees");
+  addChecked(*command, "--places", arguments->places.places, CLI::Range(1, 100000),
+             "Places along the path, >= 1, each mapped anew");
+  addChecked(*command, "--frames-per-place", arguments->places.frames_per_place,
+             CLI::Range(0, 1000000),
+             "Consecutive frames that make a place; 0 = all frames are one place");
   addFrameOptions(*command, *arguments);
   command->add_flag("--ablation", arguments->ablation,
                     "Also maps without one idea each; writes ablation.*");
@@ -332,9 +325,8 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
                    "NAME:stage.key=value,... one more row of ablation.*, repeatable")
       ->allow_extra_args(false);
   command->add_flag("--no-figures", arguments->no_figures, "Tables only");
-  command->add_option("-j,--threads", arguments->threads, "Places beside each other")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 256));
+  addChecked(*command, "-j,--threads", arguments->threads, CLI::Range(1, 256),
+             "Places beside each other");
   command->add_flag("--json", arguments->json, "Print evaluation.json instead of the tables");
   command->callback([arguments, &exit_code]() { exit_code = evaluate(*arguments); });
 }

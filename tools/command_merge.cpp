@@ -164,11 +164,8 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<Arguments>();
   command->add_option("first", arguments->first, "Map (*.pmap)")->required();
   command->add_option("second", arguments->second, "Map (*.pmap)")->required();
-  command
-      ->add_option("--threshold", arguments->threshold,
-                   "Exit code 6 if a larger fraction of the occupied cells is in one map only")
-      ->check(numberIn(0.0, 1.0))
-      ->capture_default_str();
+  addChecked(*command, "--threshold", arguments->threshold, numberIn(0.0, 1.0),
+             "Exit code 6 if a larger fraction of the occupied cells is in one map only");
   command->add_flag("--json", arguments->json, "For machines");
   command->callback([arguments, &exit_code]() {
     const PlanarMap first = io::loadMap(arguments->first);

@@ -168,18 +168,12 @@ void addFrontendCommand(CLI::App& app, int& exit_code) {
       ->add_option("--connect", arguments->endpoint,
                    "[HOST:]PORT or ipc://PATH of the mapping side; only a port = 127.0.0.1")
       ->required();
-  command
-      ->add_option("--timeout", arguments->timeout,
-                   "Seconds to wait for a mapping side that is not there or went away")
-      ->capture_default_str()
-      ->check(numberIn(0.01, 1e6));
+  addChecked(*command, "--timeout", arguments->timeout, numberIn(0.01, 1e6),
+             "Seconds to wait for a mapping side that is not there or went away");
   command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
       ->check(CLI::Range(0, 1024));
-  command
-      ->add_option("--encoding", arguments->encoding,
-                   "compact or raw: how clouds travel; both are exact")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"compact", "raw"}));
+  addChecked(*command, "--encoding", arguments->encoding, CLI::IsMember({"compact", "raw"}),
+             "compact or raw: how clouds travel; both are exact");
   command->add_option("--keys", arguments->keys,
                       "Key file of planar_map keys, where the mapping side has --keys");
   command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but warnings and errors");
@@ -205,17 +199,11 @@ void addListenOptions(CLI::App& command, ListenArguments& arguments) {
                                     "[HOST:]PORT or ipc://PATH to wait at for a front-end in place "
                                     "of -i; only a port = 127.0.0.1, port 0 = any free one");
   listen->excludes(command.get_option("--input"))->excludes(command.get_option("--poses"));
-  command
-      .add_option("--timeout", arguments.timeout,
-                  "Seconds without a frame of the front-end after which the run ends")
-      ->capture_default_str()
-      ->check(numberIn(0.01, 1e6))
+  addChecked(command, "--timeout", arguments.timeout, numberIn(0.01, 1e6),
+             "Seconds without a frame of the front-end after which the run ends")
       ->needs(listen);
-  command
-      .add_option("--max-message-mb", arguments.max_message_mb,
-                  "Largest frame taken from the network, MiB")
-      ->capture_default_str()
-      ->check(numberIn(0.0625, 4095.0))
+  addChecked(command, "--max-message-mb", arguments.max_message_mb, numberIn(0.0625, 4095.0),
+             "Largest frame taken from the network, MiB")
       ->needs(listen);
   command
       .add_option("--keys", arguments.keys,

@@ -308,11 +308,8 @@ void addRunCommand(CLI::App& app, int& exit_code) {
                                     "Folder to map while a recorder writes it, in place of -i; "
                                     "map.pmap follows (planar_map view --follow)");
   watch->excludes("--input")->excludes("--listen");
-  command
-      ->add_option("--idle", arguments->idle,
-                   "Seconds without a new frame after which --watch ends; 0 = at a signal only")
-      ->capture_default_str()
-      ->check(numberIn(0.0, 1e6))
+  addChecked(*command, "--idle", arguments->idle, numberIn(0.0, 1e6),
+             "Seconds without a new frame after which --watch ends; 0 = at a signal only")
       ->needs(watch);
   addFrameOptions(*command, *arguments);
   command->add_option("--profile", arguments->profile, "paper or compact")
@@ -320,11 +317,8 @@ void addRunCommand(CLI::App& app, int& exit_code) {
   command->add_option("--frames", arguments->frames, "A:B:STEP, frames A to B - 1");
   command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
       ->check(CLI::Range(0, 1024));
-  command
-      ->add_option("--checkpoint", arguments->options.checkpoint_s,
-                   "Save every so many seconds, for --resume after a crash; 0 = each frame")
-      ->capture_default_str()
-      ->check(numberIn(0.0, 1e9));
+  addChecked(*command, "--checkpoint", arguments->options.checkpoint_s, numberIn(0.0, 1e9),
+             "Save every so many seconds, for --resume after a crash; 0 = each frame");
   auto* resume =
       command->add_flag("--resume", arguments->options.resume, "Continue an interrupted run");
   resume->excludes("--force");

@@ -97,6 +97,13 @@ inline CLI::Validator numberIn(double low, double high) {
       range.get_description());
 }
 
+/// An option whose default is shown by --help and whose value is checked.
+template <typename Value>
+CLI::Option* addChecked(CLI::App& command, const char* names, Value& value,
+                        const CLI::Validator& check, const char* text) {
+  return command.add_option(names, value, text)->capture_default_str()->check(check);
+}
+
 /// Exactly N finite numbers with commas between them. \throws UsageError naming the option
 template <std::size_t N>
 std::array<double, N> numbersOf(const std::string& option, const std::string& text) {

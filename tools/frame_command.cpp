@@ -51,9 +51,8 @@ void addFrameOptions(CLI::App& command, FrameArguments& arguments) {
   command.add_option("--seed", arguments.seed, "Seed of everything random")
       ->check(CLI::Range(std::int64_t{0}, RunSettings::kLargestSeed));
   command.add_flag("--force", arguments.force, "Overwrite earlier results");
-  command.add_option("--progress", arguments.progress, "auto, none or jsonl, on stderr")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "none", "jsonl"}));
+  addChecked(command, "--progress", arguments.progress, CLI::IsMember({"auto", "none", "jsonl"}),
+             "auto, none or jsonl, on stderr");
   command.add_flag("-q,--quiet", arguments.quiet, "Say nothing but warnings and errors");
 }
 

@@ -33,11 +33,7 @@ std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
-    if (c == '\n') {
-      out += "\\n";
-    } else {
-      out += c;
-    }
+    out += c == '\n' ? "\\n" : std::string(1, c);
   }
   return out + "\"";
 }
@@ -118,9 +114,8 @@ std::string Range::text() const {
 }
 
 std::string Parameter::unit() const {
-  for (const char* unit : {"m", "deg", "s", "px"}) {
+  for (const char* unit : {"m", "deg", "s", "px"})
     if (endsWith(name, std::string("_") + unit)) return unit;
-  }
   return "";
 }
 
@@ -222,9 +217,8 @@ void ParameterTable::basic(const std::vector<std::string>& names) {
 }
 
 const Parameter* ParameterTable::find(const std::string& name) const {
-  for (const Parameter& parameter : parameters_) {
+  for (const Parameter& parameter : parameters_)
     if (parameter.name == name) return &parameter;
-  }
   // Fractions were called shares.
   constexpr const char* kShare = "_share";
   if (!endsWith(name, kShare)) return nullptr;

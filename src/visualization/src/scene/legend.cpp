@@ -29,9 +29,8 @@ std::string grouped(std::size_t value) {
 std::size_t planeCount(const SceneContent& content) {
   if (content.planes > 0) return content.planes;
   std::set<std::int32_t> ids;
-  for (const Cuboid& cuboid : content.cuboids) {
+  for (const Cuboid& cuboid : content.cuboids)
     if (cuboid.plane_id >= 0) ids.insert(cuboid.plane_id);
-  }
   return ids.size();
 }
 
@@ -46,9 +45,8 @@ std::vector<Entry> categories(const SceneContent& content, const ViewOptions& op
                                  [](const Cuboid& c) { return c.plane_id < 0; });
   if (options.show.occupied && options.color == ColorBy::Plane) {
     std::set<std::int32_t> ids;
-    for (const Cuboid& cuboid : content.cuboids) {
+    for (const Cuboid& cuboid : content.cuboids)
       if (cuboid.plane_id >= 0 && ids.size() < 4) ids.insert(cuboid.plane_id);
-    }
     Entry planes{"planes, by colour", {}};
     for (const std::int32_t id : ids) planes.swatches.push_back(planeColor(id));
     if (!ids.empty()) entries.push_back(planes);
@@ -132,11 +130,7 @@ vtkSmartPointer<vtkProp> makeText(const std::string& text, double x, double y, d
   actor->SetInput(text.c_str());
   actor->SetDisplayPosition(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)));
   vtkTextProperty* style = actor->GetTextProperty();
-  if (monospaced) {
-    style->SetFontFamilyToCourier();
-  } else {
-    style->SetFontFamilyToArial();
-  }
+  style->SetFontFamily(monospaced ? VTK_COURIER : VTK_ARIAL);
   style->SetFontSize(std::max(8, static_cast<int>(std::lround(pixels))));
   if (centered) {
     style->SetJustificationToCentered();
