@@ -69,33 +69,25 @@ void ConfigurationReader::readTop(const YAML::Node& root) {
                     "there is no key '" + key + "' here" + didYouMean(key, kTopKeys));
       continue;
     }
-    const YAML::Mark mark = entry.second.Mark();
-    readTopEntry(key, entry.second,
-                 [this, mark](const std::string& text) { problems_.add(mark, text); });
+    readTopEntry(key, entry.second, problems_.at(entry.second.Mark()));
   }
   if (find("stages").IsDefined()) readStages(find("stages"));
   for (const std::string& assignment : overrides_.assignments) applyAssignment(assignment);
-  checkOrder(stage_marks_);
+  checkOrder();
   configuration_.settings.seed = static_cast<std::uint64_t>(seed_);
   if (problems_.empty()) configureStages();
 }
 
 void ConfigurationReader::readProfile(const YAML::Node& value) {
-  if (value.IsDefined()) {
-    readSetting("profile", value,
-                [this, &value](const std::string& text) { problems_.add(value.Mark(), text); });
-  }
+  if (value.IsDefined()) readSetting("profile", value, problems_.at(value.Mark()));
   for (const std::string& assignment : overrides_.assignments) {
     if (assignment.compare(0, 8, "profile=") != 0) continue;
-    readSetting("profile", YAML::Node(assignment.substr(8)), [&](const std::string& text) {
-      problems_.addElsewhere("--set " + assignment, text);
-    });
+    readSetting("profile", YAML::Node(assignment.substr(8)),
+                problems_.elsewhere("--set " + assignment));
   }
-  if (overrides_.profile) {
-    readSetting("profile", YAML::Node(*overrides_.profile), [this](const std::string& text) {
-      problems_.addElsewhere("--profile " + *overrides_.profile, text);
-    });
-  }
+  if (overrides_.profile)
+    readSetting("profile", YAML::Node(*overrides_.profile),
+                problems_.elsewhere("--profile " + *overrides_.profile));
 }
 
 void ConfigurationReader::readSetting(const std::string& key, const YAML::Node& value,
@@ -147,10 +139,8 @@ void ConfigurationReader::readStringList(const std::string& key, const YAML::Nod
 }
 
 void ConfigurationReader::readPlugins(const YAML::Node& list) {
-  const YAML::Mark mark = list.Mark();
   std::vector<std::string> paths;
-  readStringList(
-      "plugins", list, [this, mark](const std::string& text) { problems_.add(mark, text); }, paths);
+  readStringList("plugins", list, problems_.at(list.Mark()), paths);
   std::size_t i = 0;
   for (const auto& item : list) {
     if (i >= paths.size()) break;

@@ -35,10 +35,9 @@ class ConfigurationReader {
   void readStageKeys(ConfiguredStage& stage,
                      const std::vector<std::pair<YAML::Node, YAML::Node>>& entries);
   void applyAssignment(const std::string& assignment);
-  void checkOrder(const std::vector<YAML::Mark>& marks);
+  void checkOrder();
   void configureStages();
   std::string absolutePath(const std::string& path) const;
-  std::vector<std::string> stageNames() const;
 
   std::string path_;
   StageTable& table_;

@@ -83,7 +83,9 @@ void ConfigurationReader::readStage(const YAML::Node& entry) {
     return;
   }
   if (known == nullptr) {
-    const std::string meant = didYouMean(name, stageNames());
+    std::vector<std::string> names;
+    for (const StageEntry& each : table_.entries()) names.push_back(each.name);
+    const std::string meant = didYouMean(name, names);
     return problems_.add(name_node->Mark(),
                          "there is no stage '" + name + "'" +
                              (meant.empty() ? "; planar_map stages lists them" : meant));
@@ -120,10 +122,7 @@ void ConfigurationReader::readStageKeys(
 }
 
 void ConfigurationReader::applyAssignment(const std::string& assignment) {
-  const std::string where = "--set " + assignment;
-  const auto report = [this, &where](const std::string& text) {
-    problems_.addElsewhere(where, text);
-  };
+  const Report report = problems_.elsewhere("--set " + assignment);
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0)
     return report("is not of the form stage.key=value");
@@ -164,18 +163,18 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
     report("there is no stage '" + name + "' in " + path_ + didYouMean(name, chain));
 }
 
-void ConfigurationReader::checkOrder(const std::vector<YAML::Mark>& marks) {
+void ConfigurationReader::checkOrder() {
   const ConfiguredStage* last = nullptr;
   for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& stage = configuration_.stages[i];
     if (stage.kind == StageKind::Any || !stage.enabled) continue;
     if (last != nullptr && stage.kind < last->kind) {
-      problems_.add(marks[i], "stage '" + stage.name + "' " + placeOf(stage.kind) +
-                                  " and so must stand before '" + last->name + "', which " +
-                                  placeOf(last->kind));
+      problems_.add(stage_marks_[i], "stage '" + stage.name + "' " + placeOf(stage.kind) +
+                                         " and so must stand before '" + last->name + "', which " +
+                                         placeOf(last->kind));
     } else if (last != nullptr && stage.kind == last->kind && stage.kind != StageKind::Points) {
-      problems_.add(marks[i], "stage '" + stage.name + "' cannot follow '" + last->name +
-                                  "': one stage that " + placeOf(stage.kind) + " is enough");
+      problems_.add(stage_marks_[i], "stage '" + stage.name + "' cannot follow '" + last->name +
+                                         "': one stage that " + placeOf(stage.kind) + " is enough");
     } else {
       last = &stage;
     }
@@ -193,12 +192,6 @@ void ConfigurationReader::configureStages() {
                     "stage '" + configuration_.stages[i].name + "': " + error.what());
     }
   }
-}
-
-std::vector<std::string> ConfigurationReader::stageNames() const {
-  std::vector<std::string> names;
-  for (const StageEntry& entry : table_.entries()) names.push_back(entry.name);
-  return names;
 }
 
 }  // namespace planar_mapping::detail

@@ -34,6 +34,11 @@ bool parseNumber(const std::string& text, double& value) {
          std::isfinite(value);
 }
 
+/// A scalar without quotes.
+bool isPlain(const YAML::Node& node) {
+  return node.Tag() != "!";
+}
+
 std::string defaultOf(const Parameter& parameter) {
   return "; default " + toYaml(parameter.get());
 }
@@ -124,8 +129,10 @@ void ProblemList::add(const YAML::Mark& mark, const std::string& text) {
        file_ + ":" + std::to_string(line) + ":" + std::to_string(column) + ": " + text});
 }
 
-void ProblemList::addElsewhere(const std::string& where, const std::string& text) {
-  problems_.push_back({std::numeric_limits<int>::max(), 0, where + ": " + text});
+Report ProblemList::elsewhere(const std::string& where) {
+  return [this, where](const std::string& text) {
+    problems_.push_back({std::numeric_limits<int>::max(), 0, where + ": " + text});
+  };
 }
 
 std::vector<std::string> ProblemList::sorted() const {
@@ -181,10 +188,6 @@ std::vector<std::pair<YAML::Node, YAML::Node>> entriesOf(const YAML::Node& mappi
     entries.emplace_back(entry.first, entry.second);
   }
   return entries;
-}
-
-bool isPlain(const YAML::Node& node) {
-  return node.Tag() != "!";
 }
 
 std::string describe(const YAML::Node& node) {

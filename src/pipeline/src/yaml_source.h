@@ -14,14 +14,20 @@
 // What yaml-cpp leaves to us: positions from 1, repeated keys, strict scalars.
 namespace planar_mapping::detail {
 
+/// Reports a problem of one value.
+using Report = std::function<void(const std::string& text)>;
+
 /// All problems of one configuration, in the order of the file.
 class ProblemList {
  public:
   explicit ProblemList(std::string file) : file_(std::move(file)) {}
   /// \p mark counts from 0, as yaml-cpp does.
   void add(const YAML::Mark& mark, const std::string& text);
-  /// A problem of something that stands on the command line.
-  void addElsewhere(const std::string& where, const std::string& text);
+  Report at(const YAML::Mark& mark) {
+    return [this, mark](const std::string& text) { add(mark, text); };
+  }
+  /// Of something that stands on the command line.
+  Report elsewhere(const std::string& where);
   bool empty() const { return problems_.empty(); }
   std::vector<std::string> sorted() const;
 
@@ -34,9 +40,6 @@ class ProblemList {
   std::string file_;
   std::vector<Problem> problems_;
 };
-
-/// Reports a problem of one value.
-using Report = std::function<void(const std::string& text)>;
 
 /// The only document of \p text; an undefined node if that was reported as a problem.
 YAML::Node loadDocument(const std::string& text, ProblemList& problems);
@@ -52,8 +55,5 @@ bool readValue(const Parameter& parameter, const YAML::Node& node, ParameterValu
 
 /// "a mapping", "a list", "nothing" or "'text'".
 std::string describe(const YAML::Node& node);
-
-/// A scalar without quotes.
-bool isPlain(const YAML::Node& node);
 
 }  // namespace planar_mapping::detail
