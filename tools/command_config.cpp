@@ -183,6 +183,14 @@ std::string effective(const std::string& path, StageTable& table,
                      "all values"});
 }
 
+void printList(const StageTable& table) {
+  std::size_t width = 0;
+  for (const StageEntry& entry : table.entries()) width = std::max(width, entry.name.size());
+  for (const StageEntry& entry : table.entries())
+    std::cout << entry.name << std::string(width + 2 - entry.name.size(), ' ') << entry.summary
+              << '\n';
+}
+
 }  // namespace
 
 void addConfigCommand(CLI::App& app, int&) {
@@ -245,18 +253,6 @@ void addValidateCommand(CLI::App& app, int&) {
     if (!arguments->quiet) std::cout << arguments->configuration << ": no problems\n";
   });
 }
-
-namespace {
-
-void printList(const StageTable& table) {
-  std::size_t width = 0;
-  for (const StageEntry& entry : table.entries()) width = std::max(width, entry.name.size());
-  for (const StageEntry& entry : table.entries())
-    std::cout << entry.name << std::string(width + 2 - entry.name.size(), ' ') << entry.summary
-              << '\n';
-}
-
-}  // namespace
 
 void addStagesCommand(CLI::App& app, int&) {
   struct Arguments {

@@ -94,13 +94,6 @@ PlanarMethod methodOf(const EvaluateArguments& arguments, const Variant& variant
           }};
 }
 
-std::vector<PlanarMethod> methodsOf(const EvaluateArguments& arguments,
-                                    const std::vector<Variant>& variants) {
-  std::vector<PlanarMethod> methods;
-  for (const Variant& variant : variants) methods.push_back(methodOf(arguments, variant));
-  return methods;
-}
-
 void showProgress(const EvaluationProgress& progress) {
   drawBar(progress.done, progress.all,
           progress.scene + ", place " + std::to_string(progress.place));
@@ -218,7 +211,6 @@ void checkArguments(const EvaluateArguments& arguments) {
 
 int evaluate(const EvaluateArguments& arguments) {
   checkArguments(arguments);
-  std::vector<Variant> variants = {{"PG_paper", "paper", {}}, {"PG", "compact", {}}};
   std::vector<Variant> ablation;
   if (arguments.ablation) ablation = ablationVariants();
   if (arguments.regimes)
@@ -231,10 +223,10 @@ int evaluate(const EvaluateArguments& arguments) {
   const std::vector<Input> inputs = inputsOf(arguments, configuration);
   MethodOptions methods;
   methods.cells = arguments.cells;
-  methods.planar = methodsOf(arguments, ablation);
+  for (const Variant& variant : ablation) methods.planar.push_back(methodOf(arguments, variant));
+  methods.planar.push_back(methodOf(arguments, {"PG_paper", {}, "paper"}));
+  methods.planar.push_back(methodOf(arguments, {"PG", {}}));
   if (arguments.regimes) methods.filtered_by = kFilteredCells;
-  for (PlanarMethod& method : methodsOf(arguments, variants))
-    methods.planar.push_back(std::move(method));
   for (const PlanarMethod& method : methods.planar) method.load(arguments.cells.front());
   std::unique_ptr<OutputDirectory> directory;
   try {

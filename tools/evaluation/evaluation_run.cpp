@@ -91,15 +91,6 @@ class Evaluation {
   std::map<std::size_t, std::vector<evaluation::PlaceResult>> results_;  ///< by place
 };
 
-}  // namespace
-
-std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
-                                                    const EvaluationJob& job) {
-  return Evaluation(source, scene, job).execute();
-}
-
-namespace {
-
 /// Stands where the preparing stages stood and gives back what they, and the stages for planes of
 /// an earlier run, have left.
 class PreparedStage : public Stage {
@@ -151,6 +142,11 @@ std::vector<ConfiguredStage> takePointStages(Configuration& configuration) {
 }
 
 }  // namespace
+
+std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
+                                                    const EvaluationJob& job) {
+  return Evaluation(source, scene, job).execute();
+}
 
 int minPointsPerCell(const Configuration& configuration) {
   PlanarMapParams params;
@@ -207,23 +203,20 @@ PlanarRun PlanarRuns::make(Configuration configuration) {
 
 std::vector<Variant> ablationVariants() {
   // One line an idea; the keys are those of `planar_map stages --describe NAME`.
-  static const std::vector<Variant> kVariants = {
-      {"exact cover", "compact", {"planar_cuboid_approximation.absorption_cells=0"}},
-      {"no choice per region", "compact", {"planar_cuboid_approximation.rectangle_cells=0"}},
-      {"no hole filling", "compact", {"planar_cuboid_approximation.hole_size_m=0.000001"}},
-      {"no noise model", "compact", {"planar_cuboid_approximation.noise=none"}},
-      {"no doubt in first sights", "compact", {"planar_cuboid_approximation.first_belief=1"}},
-      {"no misses", "compact", {"planar_cuboid_approximation.miss_factor=1"}},
-      {"no fraction of a full cell",
-       "compact",
-       {"planar_cuboid_approximation.min_cell_fraction=0"}},
-      {"surfaces without noise", "compact", {"planar_cuboid_approximation.surface_factor=0"}},
-      {"strips without noise", "compact", {"planar_cuboid_approximation.rim_pixels=1000"}},
-      {"no beliefs of features", "compact", {"kl_occupancy.enabled=false"}},
-      {"no update of beliefs", "compact", {"kl_occupancy.update=none"}},
-      {"no planes", "compact", {"multi_plane_segmentation.enabled=false"}},
+  return {
+      {"exact cover", {"planar_cuboid_approximation.absorption_cells=0"}},
+      {"no choice per region", {"planar_cuboid_approximation.rectangle_cells=0"}},
+      {"no hole filling", {"planar_cuboid_approximation.hole_size_m=0.000001"}},
+      {"no noise model", {"planar_cuboid_approximation.noise=none"}},
+      {"no doubt in first sights", {"planar_cuboid_approximation.first_belief=1"}},
+      {"no misses", {"planar_cuboid_approximation.miss_factor=1"}},
+      {"no fraction of a full cell", {"planar_cuboid_approximation.min_cell_fraction=0"}},
+      {"surfaces without noise", {"planar_cuboid_approximation.surface_factor=0"}},
+      {"strips without noise", {"planar_cuboid_approximation.rim_pixels=1000"}},
+      {"no beliefs of features", {"kl_occupancy.enabled=false"}},
+      {"no update of beliefs", {"kl_occupancy.update=none"}},
+      {"no planes", {"multi_plane_segmentation.enabled=false"}},
   };
-  return kVariants;
 }
 
 std::vector<Variant> regimeVariants() {
@@ -232,7 +225,7 @@ std::vector<Variant> regimeVariants() {
   for (const bool raw : {false, true}) {
     for (const bool exact : {true, false}) {
       for (const bool boxes : {true, false}) {
-        Variant variant{boxes ? "boxes" : "planes", "compact", {}};
+        Variant variant{boxes ? "boxes" : "planes", {}};
         if (boxes) variant.assignments.emplace_back("multi_plane_segmentation.enabled=false");
         if (exact) {
           variant.name += "_exact";
@@ -254,7 +247,7 @@ std::vector<Variant> regimeVariants() {
 
 Variant parseVariant(const std::string& text) {
   const std::size_t colon = text.find(':');
-  Variant variant{text.substr(0, colon), "compact", {}};
+  Variant variant{text.substr(0, colon), {}};
   if (colon == std::string::npos || variant.name.empty())
     throw UsageError("--variant: '" + text + "' is not NAME:stage.key=value,...");
   std::istringstream assignments(text.substr(colon + 1));

@@ -90,8 +90,8 @@ class PlanarRuns {
 /// A planar map under a name: a profile and assignments on top of the configuration.
 struct Variant {
   std::string name;
-  std::string profile;
   std::vector<std::string> assignments;  ///< stage.key=value
+  std::string profile = "compact";
 };
 
 /// The compact profile without one idea each: what is its fraction?

@@ -145,13 +145,12 @@ std::string Parameter::allowed() const {
 
 Parameter& ParameterTable::add(const std::string& name, ParameterType type, const Range& range,
                                const std::string& meaning) {
-  Parameter parameter;
+  Parameter& parameter = parameters_.emplace_back();
   parameter.name = name;
   parameter.type = type;
   parameter.range = range;
   parameter.meaning = meaning;
-  parameters_.push_back(std::move(parameter));
-  return parameters_.back();
+  return parameter;
 }
 
 void ParameterTable::flag(const std::string& name, bool& value, const std::string& meaning) {

@@ -345,13 +345,12 @@ PoseCandidate FrameLocator::candidateOf(const CloudRegistration& by_cloud) const
 }
 
 void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {
-  if (by_cloud.found) {
-    cloud_reason_ = "the cloud leaves a direction open, in which it may slide along walls or floor";
-  } else {
-    cloud_reason_ = by_cloud.seen_through > surfaces_->params().max_seen_through
-                        ? "where the cloud would fit it sees through what was seen there before"
-                        : "the cloud does not lie on what was seen before";
-  }
+  cloud_reason_ =
+      by_cloud.found
+          ? "the cloud leaves a direction open, in which it may slide along walls or floor"
+      : by_cloud.seen_through > surfaces_->params().max_seen_through
+          ? "where the cloud would fit it sees through what was seen there before"
+          : "the cloud does not lie on what was seen before";
 }
 
 std::string FrameLocator::reasonFor(const Frame& frame, const OdometryResult& result) const {

@@ -111,9 +111,9 @@ void MotionKeys::declare(ParameterTable& table) {
   table.number("pixel_error_px", odometry.camera.pixel_error, Range::positive(),
                "[ours] of a feature's column and row");
   noise.declareOptional(table, "depth error of the features by the stereo noise");
-  table.number("depth_error_m", depth_error, Range::atLeast(0.0),
+  table.number("depth_error_m", surface.depth_error, Range::atLeast(0.0),
                "[ours] without stereo noise: depth error near the camera");
-  table.number("depth_error_growth", depth_error_growth, Range::atLeast(0.0),
+  table.number("depth_error_growth", surface.depth_error_growth, Range::atLeast(0.0),
                "[ours] without stereo noise: depth error per square of depth, 1/m");
   declareSearch(table);
   declareClouds(table);
@@ -122,11 +122,9 @@ void MotionKeys::declare(ParameterTable& table) {
 
 void MotionKeys::configure(std::uint64_t seed) {
   odometry.seed = seed;
-  odometry.camera.depth_error = depth_error;
-  odometry.camera.depth_error_growth = depth_error_growth;
+  odometry.camera.depth_error = surface.depth_error;
+  odometry.camera.depth_error_growth = surface.depth_error_growth;
   odometry.validate();
-  surface.depth_error = depth_error;
-  surface.depth_error_growth = depth_error_growth;
   surface.validate();
 }
 

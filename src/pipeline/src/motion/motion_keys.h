@@ -50,8 +50,6 @@ struct MotionKeys {
   StartPose start;
   double given_position_error = 0.02;
   double given_orientation_error = 0.01;
-  double depth_error = 0.003;
-  double depth_error_growth = 0.002;
   NoiseKeys noise;
   Clouds clouds = Clouds::Auto;
   int enough_inliers = 60;
