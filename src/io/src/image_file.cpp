@@ -253,6 +253,26 @@ Image decodePnm(const std::string& path, const std::vector<std::uint8_t>& bytes,
   return image;
 }
 
+/// What a new pixel covers of an old one, along one side.
+struct Overlap {
+  int from, to;  ///< old, new
+  float part;    ///< fraction of the new one
+};
+
+std::vector<Overlap> overlapsOf(int from, int to) {
+  std::vector<Overlap> overlaps;
+  const double step = static_cast<double>(from) / to;
+  for (int i = 0; i < to; ++i) {
+    const double begin = i * step;
+    const double end = std::min((i + 1) * step, static_cast<double>(from));
+    for (int k = static_cast<int>(begin); k < from && k < end; ++k) {
+      const double covered = std::min(k + 1.0, end) - std::max<double>(k, begin);
+      overlaps.push_back({k, i, static_cast<float>(covered / (end - begin))});
+    }
+  }
+  return overlaps;
+}
+
 }  // namespace
 
 Image readImage(const std::string& path) {
@@ -325,30 +345,6 @@ Image toGray(const Image& image) {
   }
   return gray;
 }
-
-namespace {
-
-/// What a new pixel covers of an old one, along one side.
-struct Overlap {
-  int from, to;  ///< old, new
-  float part;    ///< fraction of the new one
-};
-
-std::vector<Overlap> overlapsOf(int from, int to) {
-  std::vector<Overlap> overlaps;
-  const double step = static_cast<double>(from) / to;
-  for (int i = 0; i < to; ++i) {
-    const double begin = i * step;
-    const double end = std::min((i + 1) * step, static_cast<double>(from));
-    for (int k = static_cast<int>(begin); k < from && k < end; ++k) {
-      const double covered = std::min(k + 1.0, end) - std::max<double>(k, begin);
-      overlaps.push_back({k, i, static_cast<float>(covered / (end - begin))});
-    }
-  }
-  return overlaps;
-}
-
-}  // namespace
 
 Image scaledTo(const Image& image, int width, int height) {
   requireSound(image, "old");

@@ -118,9 +118,7 @@ class ImageRenderer {
       int face = 0;
       if (!candidate->hit(ray, depth, face) || (nearest.view != nullptr && depth >= nearest.depth))
         continue;
-      nearest.view = candidate;
-      nearest.face = face;
-      nearest.depth = depth;
+      nearest = {candidate, face, 0, Vector3::Zero(), depth};
     }
     return nearest;
   }

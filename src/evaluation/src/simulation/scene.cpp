@@ -13,6 +13,11 @@ namespace {
 
 constexpr double kSameNormal = 1e-9;
 constexpr double kSameOffset = 1e-6;
+constexpr double kTurnPerMetre = 30.0;  ///< degrees turned on the spot in the time of a metre
+
+double radians(double degrees) {
+  return degrees * M_PI / 180.0;
+}
 
 Plane planeOfFace(const SceneObject& object, int face) {
   const int axis = face / 2;
@@ -110,16 +115,6 @@ Scene makeScene(const std::string& name, int frames) {
   params.frames = frames;
   return makeScene(params);
 }
-
-namespace {
-
-constexpr double kTurnPerMetre = 30.0;  ///< degrees turned on the spot in the time of a metre
-
-double radians(double degrees) {
-  return degrees * M_PI / 180.0;
-}
-
-}  // namespace
 
 void SceneBuilder::moveTo(double x, double y, double z, double yaw_deg) {
   place.linear() = Eigen::AngleAxisd(radians(yaw_deg), Vector3::UnitZ()).toRotationMatrix();

@@ -167,11 +167,8 @@ Description readEuroc(const std::string& folder, const SequenceOptions& options)
     const Sensor right(joined(cameras[1], "sensor.yaml"));
     Calibration calibration;
     calibration.camera = left.camera();
-    UnrectifiedPair pair;
-    pair.left = left.distortion();
-    pair.right = right.distortion();
-    pair.right_camera = right.camera();
-    pair.T_right_left = right.inBody().inverse() * T_body_left;
+    const UnrectifiedPair pair = {left.distortion(), right.distortion(), right.camera(),
+                                  right.inBody().inverse() * T_body_left};
     calibration.baseline = pair.T_right_left.translation().norm();
     calibration.cx_right = pair.right_camera.cx;
     if (!(*calibration.baseline > 0.0))
