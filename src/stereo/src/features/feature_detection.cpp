@@ -108,24 +108,14 @@ void Descriptors::add(const Descriptors& other, std::size_t row) {
   }
 }
 
-std::int32_t Descriptors::distance(std::size_t row, const Descriptors& other,
-                                   std::size_t other_row) const {
-  std::int32_t out = 0;
+void Descriptors::compare(std::size_t row, const Descriptors& other, std::size_t first,
+                          std::size_t count, std::int32_t* out) const {
   if (binary_) {
-    hammingDistances(words_.data() + row * length_, other.words_.data() + other_row * length_, 1,
-                     length_, &out);
+    hammingDistances(words_.data() + row * length_, other.words_.data() + first * length_, count,
+                     length_, out);
   } else {
-    squaredDistances(valuesOf(row), other.valuesOf(other_row), 1, length_, &out);
-  }
-  return out;
-}
-
-void Descriptors::distances(std::size_t row, const Descriptors& other, std::int32_t* out) const {
-  if (binary_) {
-    hammingDistances(words_.data() + row * length_, other.words_.data(), other.size(), length_,
-                     out);
-  } else {
-    squaredDistances(valuesOf(row), other.values_.data(), other.size(), length_, out);
+    squaredDistances(values_.data() + row * length_, other.values_.data() + first * length_, count,
+                     length_, out);
   }
 }
 

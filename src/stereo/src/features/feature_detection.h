@@ -22,7 +22,6 @@ class Descriptors {
   bool isBinary() const { return binary_; }
   std::size_t size() const { return length_ == 0 ? 0 : stored() / length_; }
   bool empty() const { return size() == 0; }
-  const std::int16_t* valuesOf(std::size_t row) const { return values_.data() + row * length_; }
 
   /// \param values  scaled so that a row's squared length stays below 2^28
   void addValues(const float* values, float scale);
@@ -32,9 +31,15 @@ class Descriptors {
   void add(const Descriptors& other, std::size_t row);
 
   /// Squared Euclidean or Hamming distance.
-  std::int32_t distance(std::size_t row, const Descriptors& other, std::size_t other_row) const;
+  std::int32_t distance(std::size_t row, const Descriptors& other, std::size_t other_row) const {
+    std::int32_t out = 0;
+    compare(row, other, other_row, 1, &out);
+    return out;
+  }
   /// Of one row to all rows of another set.
-  void distances(std::size_t row, const Descriptors& other, std::int32_t* out) const;
+  void distances(std::size_t row, const Descriptors& other, std::int32_t* out) const {
+    compare(row, other, 0, other.size(), out);
+  }
 
   template <typename Archive>
   void visitState(Archive& archive) {
@@ -42,6 +47,8 @@ class Descriptors {
   }
 
  private:
+  void compare(std::size_t row, const Descriptors& other, std::size_t first, std::size_t count,
+               std::int32_t* out) const;
   std::size_t stored() const { return binary_ ? words_.size() : values_.size(); }
 
   bool binary_ = false;

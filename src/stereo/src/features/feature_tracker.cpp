@@ -201,11 +201,7 @@ struct FeatureTracker::Impl {
       if (matches[i] < 0) continue;
       const Detection& other = right.places[static_cast<std::size_t>(matches[i])];
       const double disparity = double{left.places[i].column} - other.column - infinity;
-      if (disparity < -kSlack) {
-        ++behind;
-      } else {
-        ++found;
-      }
+      ++(disparity < -kSlack ? behind : found);
     }
     report.negative_disparities = behind;
     constexpr std::size_t kFewest = 20;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "base/point_indices.h"
@@ -40,10 +41,7 @@ std::vector<std::int32_t> sortedFinite(const PointsView& points, const Indices* 
   std::sort(order.begin(), order.end(), [&](std::int32_t i, std::int32_t j) {
     const float* p = points[static_cast<std::size_t>(i)];
     const float* q = points[static_cast<std::size_t>(j)];
-    if (p[0] != q[0]) return p[0] < q[0];
-    if (p[1] != q[1]) return p[1] < q[1];
-    if (p[2] != q[2]) return p[2] < q[2];
-    return i < j;
+    return std::tie(p[0], p[1], p[2], i) < std::tie(q[0], q[1], q[2], j);
   });
   return order;
 }
