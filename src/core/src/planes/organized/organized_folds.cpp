@@ -25,25 +25,16 @@ struct SightSums {
   Matrix3 squares = Matrix3::Zero();
   Vector3 products = Vector3::Zero();
   double constant = 0.0;
-  int tiles = 0;
 
   void add(const Sight& sight) {
     squares += sight.weight * sight.direction * sight.direction.transpose();
     products += sight.weight * sight.inverse_range * sight.direction;
     constant += sight.weight * sight.inverse_range * sight.inverse_range;
-    ++tiles;
-  }
-  void add(const SightSums& other) {
-    squares += other.squares;
-    products += other.products;
-    constant += other.constant;
-    tiles += other.tiles;
   }
   void subtract(const SightSums& other) {
     squares -= other.squares;
     products -= other.products;
     constant -= other.constant;
-    tiles -= other.tiles;
   }
   Vector3 plane() const { return squares.inverse() * products; }
   double chiSquare(const Vector3& plane) const { return constant - plane.dot(products); }
