@@ -87,16 +87,13 @@ class FrontendTest : public CliTest {
 
   std::vector<std::string> runArguments(const std::string& configuration, const std::string& output,
                                         const std::vector<std::string>& more) const {
-    std::vector<std::string> arguments = {"run", config(configuration), "-o",   directory_ / output,
-                                          "-q",  "--progress",          "jsonl"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
+    return joined(
+        {"run", config(configuration), "-o", directory_ / output, "-q", "--progress", "jsonl"},
+        more);
   }
   ProgramResult frontEnd(const std::string& endpoint, const std::vector<std::string>& more,
                          const ProgramOptions& options = {}) const {
-    std::vector<std::string> arguments = {"frontend", "--connect", endpoint};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return planarMap(arguments, options);
+    return planarMap(joined({"frontend", "--connect", endpoint}, more), options);
   }
   /// Sends the front-end a signal once the mapper has mapped some frames. The window keeps the
   /// front-end at most five frames ahead, so that a longer sequence is never done by then.

@@ -215,12 +215,11 @@ TEST_F(BadInput, InfoRefusesWhatItCannotRead) {
 
 class BadOutput : public CliTest {
  protected:
-  ProgramResult runTo(const std::string& output, std::vector<std::string> more = {},
+  ProgramResult runTo(const std::string& output, const std::vector<std::string>& more = {},
                       const ProgramOptions& options = {}) const {
-    std::vector<std::string> arguments = {
-        "run", config("single_pcd.yaml"), "-i", cloud_, "-o", output, "-q"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return planarMap(arguments, options);
+    return planarMap(
+        joined({"run", config("single_pcd.yaml"), "-i", cloud_, "-o", output, "-q"}, more),
+        options);
   }
   std::string cloud_ = room();
 };

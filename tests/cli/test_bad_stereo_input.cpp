@@ -73,12 +73,10 @@ class BadStereoInput : public CliTest {
       writePair(i, pair.left, pair.right);
     }
   }
-  ProgramResult runStereo(std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {
-        "run", config("stereo_indoor.yaml"), "-i", directory_ / "seq",
-        "-o",  directory_ / "out",           "-q", "--force"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return planarMap(arguments);
+  ProgramResult runStereo(const std::vector<std::string>& more = {}) const {
+    return planarMap(joined({"run", config("stereo_indoor.yaml"), "-i", directory_ / "seq", "-o",
+                             directory_ / "out", "-q", "--force"},
+                            more));
   }
   void expectRefused(const std::string& part) const {
     const ProgramResult result = expectExit(4, runStereo(), part);
@@ -386,9 +384,7 @@ TEST_F(BadStereoInput, ResumedRunEqualsTheOneInOneGo) {
       "-o",   directory_ / "out",           "-q", "--progress",
       "jsonl"};
   ASSERT_EQ(130, planarMap(run, options).exit_code);
-  std::vector<std::string> resume = run;
-  resume.push_back("--resume");
-  expectExit(0, planarMap(resume));
+  expectExit(0, planarMap(joined(run, {"--resume"})));
   EXPECT_EQ(whole_map, read("out/map.pmap"));
   EXPECT_EQ(whole_trajectory, read("out/trajectory_tum.txt"));
   EXPECT_EQ(1, Json::parse(read("out/metrics.json"))["frames_skipped"]);

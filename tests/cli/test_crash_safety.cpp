@@ -28,10 +28,10 @@ class CrashSafety : public CliTest, public ::testing::WithParamInterface<const c
   }
   ProgramResult run(const std::string& output, const std::vector<std::string>& more,
                     int fault_at = 0, const char* kind = GetParam()) const {
-    std::vector<std::string> arguments = {
-        program(),           "run", config("pcd_sequence.yaml"), "-i", directory_ / "input", "-o",
-        directory_ / output, "-q"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
+    std::vector<std::string> arguments =
+        joined({program(), "run", config("pcd_sequence.yaml"), "-i", directory_ / "input", "-o",
+                directory_ / output, "-q"},
+               more);
     if (fault_at > 0) {
       const std::vector<std::string> shim = {"/usr/bin/env",
                                              std::string("LD_PRELOAD=") + FAULT_SHIM,
@@ -127,9 +127,7 @@ TEST_P(CrashSafety, OverwritingLeavesTheOldResultOrTheNewOne) {
       EXPECT_EQ(4, resumed.exit_code);
       EXPECT_NE(std::string::npos, resumed.err.find("it was made with another configuration"));
       expectSame("old", "out");
-      std::vector<std::string> again = other;
-      again.push_back("--resume");
-      EXPECT_EQ(0, run("out", again).exit_code);
+      EXPECT_EQ(0, run("out", joined(other, {"--resume"})).exit_code);
     }
     expectNothingLeft("out");
   });

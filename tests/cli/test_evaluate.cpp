@@ -29,8 +29,7 @@ class Evaluate : public CliTest {
       const bool given = std::find(more.begin(), more.end(), option) != more.end();
       if (!given) arguments.insert(arguments.end(), {option, value});
     }
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return planarMap(arguments, options);
+    return planarMap(joined(arguments, more), options);
   }
   Json results(const std::string& output = "out") const {
     return Json::parse(read(output + "/evaluation.json"));
@@ -135,9 +134,7 @@ TEST_F(Evaluate, NothingIsOverwrittenWithoutForce) {
   const ProgramResult again = expectExit(2, evaluate(inputOptions(cloud)));
   EXPECT_NE(std::string::npos, again.err.find("--force")) << again.err;
   EXPECT_EQ(before, read("out/evaluation.csv"));
-  std::vector<std::string> forced = inputOptions(cloud);
-  forced.emplace_back("--force");
-  EXPECT_EQ(0, evaluate(forced).exit_code);
+  EXPECT_EQ(0, evaluate(joined(inputOptions(cloud), {"--force"})).exit_code);
 }
 
 TEST_F(Evaluate, WrongUseIsNamedBeforeAnyWork) {
@@ -202,11 +199,9 @@ TEST_F(Evaluate, InterruptedItSavesWhatWasDone) {
 
 TEST_F(Evaluate, VariantsGoToATableOfTheirOwn) {
   const std::string cloud = room();
-  std::vector<std::string> arguments = inputOptions(cloud);
-  arguments.insert(arguments.end(),
-                   {"--variant", "no beliefs:kl_occupancy.enabled=false", "--variant",
-                    "thick:planar_cuboid_approximation.thickness_m=0.6"});
-  expectExit(0, evaluate(arguments));
+  expectExit(0, evaluate(joined(inputOptions(cloud),
+                                {"--variant", "no beliefs:kl_occupancy.enabled=false", "--variant",
+                                 "thick:planar_cuboid_approximation.thickness_m=0.6"})));
   std::vector<std::string> methods;
   const Json ablation = Json::parse(read("out/ablation.json"));
   for (const Json& row : ablation["results"]) methods.push_back(row["method"]);
@@ -264,9 +259,7 @@ TEST_F(Evaluate, MapsOfPosesThatWereFoundAreJudgedByTheGivenOnes) {
 }
 
 TEST_F(Evaluate, EveryIdeaOfTheAblationIsASetOfKnownParameters) {
-  std::vector<std::string> arguments = inputOptions(room());
-  arguments.emplace_back("--ablation");
-  expectExit(0, evaluate(arguments));
+  expectExit(0, evaluate(joined(inputOptions(room()), {"--ablation"})));
   EXPECT_GE(Json::parse(read("out/ablation.json"))["results"].size(), 6u);
 }
 
@@ -276,9 +269,7 @@ TEST_F(Evaluate, AFullDiskLeavesEarlierFilesAsTheyWere) {
   const std::string before = read("out/evaluation.json");
   ProgramOptions options;
   options.file_size_limit = 100;
-  std::vector<std::string> forced = inputOptions(cloud);
-  forced.emplace_back("--force");
-  EXPECT_EQ(1, evaluate(forced, options).exit_code);
+  EXPECT_EQ(1, evaluate(joined(inputOptions(cloud), {"--force"}), options).exit_code);
   EXPECT_EQ(before, read("out/evaluation.json"));
 }
 

@@ -36,14 +36,6 @@ TEST_F(FrontendTest, TheMapOfCloudsIsThatOfOneProcessByteForByte) {
   EXPECT_NE(std::string::npos, read("two/run.log").find("input front-end at 127.0.0.1:"));
 }
 
-TEST_F(FrontendTest, OnlyTheFramesTheMappingSideSelectsAreSent) {
-  Mapper mapper(*this,
-                runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--frames", "1:6:2"}));
-  const ProgramResult sent = frontEnd(mapper.port(), clouds(8));
-  EXPECT_EQ(0u, sent.out.find("3 frames sent")) << sent.out;
-  EXPECT_EQ(0, mapper.wait().exit_code);
-}
-
 TEST_F(FrontendTest, AKilledFrontEndIsStartedAgainAndTheMapIsTheSame) {
   const std::vector<std::string> input = clouds(16);
   ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
@@ -194,9 +186,7 @@ TEST_F(FrontendTest, AMissingInputIsToldToBothSidesAndTheMapperWaitsForTheRightO
 TEST_F(FrontendTest, OnlyFrontEndsWithAKnownKeyGetThrough) {
   const std::vector<std::string> input = clouds(4);
   const auto with = [&input](const std::string& keys) {
-    std::vector<std::string> arguments = input;
-    arguments.insert(arguments.end(), {"--keys", keys, "--timeout", "3"});
-    return arguments;
+    return joined(input, {"--keys", keys, "--timeout", "3"});
   };
   ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
   for (const char* name : {"frontend", "robot2"})
@@ -238,9 +228,7 @@ TEST_F(FrontendTest, ListeningToOtherMachinesNeedsKeysOrInsecure) {
 TEST_F(FrontendTest, AMapperThatHangsIsGivenUp) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
   auto sender = std::async(std::launch::async, [&]() {
-    std::vector<std::string> arguments = clouds(30);
-    arguments.insert(arguments.end(), {"--timeout", "1"});
-    return frontEnd(mapper.port(), arguments);
+    return frontEnd(mapper.port(), joined(clouds(30), {"--timeout", "1"}));
   });
   mapper.waitForFrames(2);
   mapper.signal(SIGSTOP);

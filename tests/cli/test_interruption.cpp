@@ -52,32 +52,30 @@ TEST_F(Interruption, SignalsFinishTheFrameAndSave) {
 TEST_F(Interruption, KilledRunResumesFromItsLastCheckpoint) {
   constexpr int kFrames = 40;
   ASSERT_EQ(0, planarMap(longRun("whole", kFrames)).exit_code);
-  std::vector<std::string> arguments = longRun("out", kFrames);
-  arguments.insert(arguments.end(), {"--checkpoint", "0"});
+  const std::vector<std::string> arguments = joined(longRun("out", kFrames), {"--checkpoint", "0"});
   const ProgramResult killed = planarMap(arguments, signalAfterAFrame(SIGKILL));
   ASSERT_EQ(SIGKILL, killed.signal);
   const int done = Json::parse(read("out/metrics.json"))["frames"];
   EXPECT_GE(done, 1);
   EXPECT_EQ(0, planarMap({"info", directory_ / "out/map.pmap"}).exit_code);
-  arguments.push_back("--resume");
-  const ProgramResult resumed = expectExit(0, planarMap(arguments));
+  const std::vector<std::string> resume = joined(arguments, {"--resume"});
+  const ProgramResult resumed = expectExit(0, planarMap(resume));
   // A line of progress for each frame that was left.
   EXPECT_EQ(kFrames - done, std::count(resumed.err.begin(), resumed.err.end(), '{')) << resumed.err;
   for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt"})
     EXPECT_TRUE(read(std::string("whole/") + name) == read(std::string("out/") + name)) << name;
-  const ProgramResult again = expectExit(0, planarMap(arguments));
+  const ProgramResult again = expectExit(0, planarMap(resume));
   EXPECT_NE(std::string::npos, again.err.find("is finished; nothing was done")) << again.err;
 }
 
 TEST_F(Interruption, NamesWithNewlinesAreResumed) {
   const std::string first = room("a\nb,\"c\".pcd");
-  std::vector<std::string> arguments = {
+  const std::vector<std::string> arguments = {
       "run", config("pcd_sequence.yaml"), "-i", first,        "-i",    first,          "-i", first,
       "-o",  directory_ / "out",          "-q", "--progress", "jsonl", "--checkpoint", "0"};
   planarMap(arguments, signalAfterAFrame(SIGKILL));
   ASSERT_TRUE(exists("out/run.state"));
-  arguments.push_back("--resume");
-  expectExit(0, planarMap(arguments));
+  expectExit(0, planarMap(joined(arguments, {"--resume"})));
   EXPECT_EQ(3, Json::parse(read("out/metrics.json"))["frames"]);
 }
 

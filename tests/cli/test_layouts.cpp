@@ -16,10 +16,10 @@ namespace fs = std::filesystem;
 class Layouts : public CliTest {
  protected:
   void simulate(const std::string& name, const std::vector<std::string>& more) const {
-    std::vector<std::string> arguments = {
-        "simulate", "corridor", "-o", directory_ / name, "-q", "--step", "0.2", "--frames", "3"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    ASSERT_EQ(0, planarMap(arguments).exit_code);
+    ASSERT_EQ(0, planarMap(joined({"simulate", "corridor", "-o", directory_ / name, "-q", "--step",
+                                   "0.2", "--frames", "3"},
+                                  more))
+                     .exit_code);
   }
   std::string stereo() const {
     simulate("native", {"--write", "images", "--width", "320", "--height", "240"});
@@ -184,11 +184,11 @@ TEST_F(Watching, MapsWhatARecorderWritesAndEndsWhenItIsIdle) {
   simulate("native", {"--width", "160", "--height", "120"});
   fs::create_directories(directory_ / "recorded");
   const std::vector<std::string> settings = {"-q", "--set", "motion_estimation.enabled=false"};
-  std::vector<std::string> batch = {"run", config("pcd_sequence.yaml"),
-                                    "-i",  directory_ / "native/clouds",
-                                    "-o",  directory_ / "batch"};
-  batch.insert(batch.end(), settings.begin(), settings.end());
-  ASSERT_EQ(0, planarMap(batch).exit_code);
+  const std::string configuration = config("pcd_sequence.yaml");
+  ASSERT_EQ(0, planarMap(joined({"run", configuration, "-i", directory_ / "native/clouds", "-o",
+                                 directory_ / "batch"},
+                                settings))
+                   .exit_code);
 
   bool map_came_early = false;
   const auto record = recorder();
@@ -197,11 +197,10 @@ TEST_F(Watching, MapsWhatARecorderWritesAndEndsWhenItIsIdle) {
     record(process, err);
     map_came_early = map_came_early || exists("out/map.pmap");
   };
-  std::vector<std::string> watch = {
-      "run", config("pcd_sequence.yaml"), "--watch", directory_ / "recorded", "--idle", "3",
-      "-o",  directory_ / "out"};
-  watch.insert(watch.end(), settings.begin(), settings.end());
-  expectExit(0, planarMap(watch, options));
+  expectExit(0, planarMap(joined({"run", configuration, "--watch", directory_ / "recorded",
+                                  "--idle", "3", "-o", directory_ / "out"},
+                                 settings),
+                          options));
   EXPECT_TRUE(map_came_early);
   EXPECT_TRUE(read("out/map.pmap") == read("batch/map.pmap"));
 }

@@ -77,9 +77,7 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
                                                    {"--box", "1,1,1,0,0,0"},
                                                    {"--ray", "0,0,0,0,0,0"},
                                                    {"--ray", "0,0,0,1,0,0", "--range", "-1"}}) {
-    std::vector<std::string> arguments = {"query", file};
-    arguments.insert(arguments.end(), question.begin(), question.end());
-    const ProgramResult result = expectExit(2, planarMap(arguments));
+    const ProgramResult result = expectExit(2, planarMap(joined({"query", file}, question)));
     EXPECT_EQ(result.out, "");
     EXPECT_NE(result.err, "");
   }
@@ -132,9 +130,8 @@ TEST_F(MapCommands, ConvertTakesItsOptions) {
                                                 {"--cell", "-1"},
                                                 {"--cell", "nan"},
                                                 {"--frame-id", "a b"}}) {
-    std::vector<std::string> arguments = {"convert", file, directory_ / "x.pgm"};
-    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
-    EXPECT_EQ(planarMap(arguments).exit_code, 2) << wrong[0] << wrong[1];
+    EXPECT_EQ(planarMap(joined({"convert", file, directory_ / "x.pgm"}, wrong)).exit_code, 2)
+        << wrong[0] << wrong[1];
     EXPECT_FALSE(exists("x.pgm"));
   }
 }

@@ -27,11 +27,11 @@ class Run : public CliTest {
     write("seq/poses.txt", poses);
     return directory_ / "seq";
   }
-  ProgramResult runSequence(const std::string& output, std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {"run", config("pcd_sequence.yaml"), "-i", sequence(),
-                                          "-o",  directory_ / output,         "-q"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return planarMap(arguments);
+  ProgramResult runSequence(const std::string& output,
+                            const std::vector<std::string>& more = {}) const {
+    return planarMap(joined(
+        {"run", config("pcd_sequence.yaml"), "-i", sequence(), "-o", directory_ / output, "-q"},
+        more));
   }
 };
 

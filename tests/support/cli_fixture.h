@@ -77,6 +77,13 @@ inline std::vector<float> roomPoints(std::size_t count, std::uint64_t seed = 1) 
   return xyz;
 }
 
+/// One list behind the other.
+inline std::vector<std::string> joined(std::vector<std::string> first,
+                                       const std::vector<std::string>& more) {
+  first.insert(first.end(), more.begin(), more.end());
+  return first;
+}
+
 /// Runs the program that was built, in a directory of its own.
 class CliTest : public ::testing::Test {
  protected:
@@ -91,11 +98,9 @@ class CliTest : public ::testing::Test {
     return runProgram(arguments, options);
   }
   /// planar_map run with the file's configuration on one input, results in out/.
-  ProgramResult runOn(const std::string& input, std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {"run", config("single_pcd.yaml"), "-i", input,
-                                          "-o",  directory_ / "out",        "-q"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return planarMap(arguments);
+  ProgramResult runOn(const std::string& input, const std::vector<std::string>& more = {}) const {
+    return planarMap(joined(
+        {"run", config("single_pcd.yaml"), "-i", input, "-o", directory_ / "out", "-q"}, more));
   }
   std::string write(const std::string& name, const std::string& content) const {
     const std::string path = directory_ / name;
