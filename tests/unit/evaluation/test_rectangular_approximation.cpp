@@ -112,11 +112,11 @@ TEST(FuseCells, OrderAndRepetitionOfTheCellsDoNotMatter) {
   EXPECT_EQ(fuseCells(cells), fuseCells(other));
 }
 
-TEST(FuseCells, NothingAndOneCell) {
-  EXPECT_TRUE(fuseCells({}).empty());
-  const std::vector<GridBox> one = fuseCells({{5, -6, 7}});
-  ASSERT_EQ(one.size(), 1u);
-  EXPECT_EQ(one[0], (GridBox{{5, -6, 7}, {1, 1, 1}}));
+TEST(Boxes, OfNothingAndOfOneCell) {
+  for (const auto cover : {&fuseCells, &greedyCover}) {
+    EXPECT_TRUE(cover({}).empty());
+    EXPECT_EQ(cover({{5, -6, 7}}), (std::vector<GridBox>{{{5, -6, 7}, {1, 1, 1}}}));
+  }
 }
 
 TEST(FuseCells, CellsAtTheEndOfTheNumberRangeDoNotWrapAround) {
@@ -184,13 +184,6 @@ TEST(GreedyCover, IsNearTheLeastNumberOfBoxes) {
   }
   EXPECT_GT(least, 200u);
   EXPECT_LE(static_cast<double>(found), 1.05 * static_cast<double>(least));
-}
-
-TEST(GreedyCover, NothingAndOneCell) {
-  EXPECT_TRUE(greedyCover({}).empty());
-  const std::vector<GridBox> one = greedyCover({{5, -6, 7}});
-  ASSERT_EQ(one.size(), 1u);
-  EXPECT_EQ(one[0], (GridBox{{5, -6, 7}, {1, 1, 1}}));
 }
 
 TEST(GreedyCover, CellsBeyondTheLatticeAreRefused) {

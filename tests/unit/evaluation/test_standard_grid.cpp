@@ -91,19 +91,6 @@ TEST(StandardGrid, EachFrameAddsOneHitUpToTheClamp) {
   }
 }
 
-TEST(StandardGrid, RaysClearTheCellsTheyCross) {
-  const Vector3 origin(0.5, 0.5, 0.5);
-  StandardGrid grid(1.0);
-  grid.insert({{2.5, 0.5, 0.5}, {3.5, 5.5, 0.5}}, {}, origin);
-  ASSERT_EQ(grid.size(), 2u);
-  // Log-odds .85 of the hit, -.405 for each look through the first cell: gone with the third.
-  for (int looks = 1; looks <= 3; ++looks) {
-    grid.insert({}, {{4.5, 0.5, 0.5}}, origin);
-    EXPECT_EQ(grid.size(), looks < 3 ? 2u : 1u) << looks;
-  }
-  EXPECT_EQ(grid.cells().front(), (GridCell{3, 5, 0}));
-}
-
 TEST(StandardGrid, WhatIsHitIsNotMissed) {
   const Vector3 origin(0.5, 0.5, 0.5);
   StandardGrid grid(1.0);
