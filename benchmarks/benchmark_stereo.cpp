@@ -47,9 +47,8 @@ void readInput(const std::string& folder) {
   }
 }
 
-void runMatching(benchmark::State& state, SmoothnessPaths paths) {
+void Matching(benchmark::State& state) {
   StereoMatcherParams params;
-  params.paths = paths;
   params.threads = static_cast<int>(state.range(0));
   const StereoMatcher matcher(params);
   const ImagePair& pair = input().pairs.front();
@@ -62,16 +61,6 @@ void runMatching(benchmark::State& state, SmoothnessPaths paths) {
   state.counters["range_ms"] = report.range_ms;
   state.counters["match_ms"] = report.match_ms;
   state.counters["refine_ms"] = report.refine_ms;
-}
-
-void Matching3(benchmark::State& state) {
-  runMatching(state, SmoothnessPaths::Three);
-}
-void Matching5(benchmark::State& state) {
-  runMatching(state, SmoothnessPaths::Five);
-}
-void Matching8(benchmark::State& state) {
-  runMatching(state, SmoothnessPaths::Eight);
 }
 
 void runFeatures(benchmark::State& state, FeatureDetector detector) {
@@ -102,10 +91,6 @@ void Sift(benchmark::State& state) {
 void Orb(benchmark::State& state) {
   runFeatures(state, FeatureDetector::Orb);
 }
-void Akaze(benchmark::State& state) {
-  runFeatures(state, FeatureDetector::Akaze);
-}
-
 void FrontEnd(benchmark::State& state) {
   StereoMatcherParams matching;
   FeatureTrackerParams tracking;
@@ -125,13 +110,10 @@ void FrontEnd(benchmark::State& state) {
   }
 }
 
-BENCHMARK(Matching3)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(Matching5)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(Matching8)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(Matching)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Surf)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Sift)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Orb)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(Akaze)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(FrontEnd)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace

@@ -119,15 +119,12 @@ void compare(const std::string& cloud, const std::vector<Method>& methods, int s
         const PlaneScore score = scorePlanes(scene, found);
         sums[m].recall += score.recall / seeds;
         sums[m].precision += score.precision / seeds;
-        sums[m].angle_deg += score.angle_deg / seeds;
-        sums[m].point_recall += score.point_recall / seeds;
       }
     }
   }
   for (std::size_t m = 0; m < methods.size(); ++m) {
-    std::printf("%-10s %-16s %10.2f %8.1f %8.3f %10.3f %10.3f %13.3f\n", cloud.c_str(),
-                methods[m].name.c_str(), median(times[m]), median(times[m]) / median(times[0]),
-                sums[m].recall, sums[m].precision, sums[m].angle_deg, sums[m].point_recall);
+    std::printf("%-10s %-16s %10.2f %8.3f %10.3f\n", cloud.c_str(), methods[m].name.c_str(),
+                median(times[m]), sums[m].recall, sums[m].precision);
   }
 }
 
@@ -146,8 +143,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "compare_planes: the peer '%s' cannot be loaded\n", method.name.c_str());
     return 1;
   }
-  std::printf("%-10s %-16s %10s %8s %8s %10s %10s %13s\n", "cloud", "method", "median ms", "ratio",
-              "recall", "precision", "angle deg", "point recall");
+  std::printf("%-10s %-16s %10s %8s %10s\n", "cloud", "method", "median ms", "recall", "precision");
   compare("room", methods, 3, repetitions,
           [](int seed) { return makeRoom(210000, 0.3, 0.0015, seed, RoomKind::Dense); });
   compare("sparse", methods, 20, repetitions,
