@@ -30,6 +30,11 @@ class LayoutFolders : public ::testing::Test {
     std::ofstream(path, std::ios::binary) << text;
     return path;
   }
+  /// Numbers as they are in memory.
+  std::string floats(const std::string& name, const std::vector<float>& values) const {
+    return write(name, std::string(reinterpret_cast<const char*>(values.data()),
+                                   values.size() * sizeof(float)));
+  }
   void image(const std::string& name) const {
     const Image image{4, 3, 1, std::vector<std::uint8_t>(12, 7)};
     std::filesystem::create_directories(std::filesystem::path(dir_ / name).parent_path());
@@ -49,9 +54,7 @@ class LayoutFolders : public ::testing::Test {
     for (int i = 0; i < 3; ++i) {
       for (const char* camera : {"image_0", "image_1", "image_2", "image_3"})
         image(std::string("sequences/07/") + camera + "/" + numbered(i) + ".png");
-      const float points[8] = {1, 2, 3, 0.5f, 4, 5, 6, 0.25f};
-      write("sequences/07/velodyne/" + numbered(i) + ".bin",
-            std::string(reinterpret_cast<const char*>(points), sizeof points));
+      floats("sequences/07/velodyne/" + numbered(i) + ".bin", {1, 2, 3, 0.5f, 4, 5, 6, 0.25f});
       times += std::to_string(i) + ".5e-01\n";
       poses += "1 0 0 0 0 1 0 0 0 0 1 " + std::to_string(i) + "\n";
     }

@@ -176,8 +176,7 @@ TEST_F(LayoutFolders, BinFilesAreOfFourNumbersAPointOrOfFiveWithTheRing) {
       if (numbers > 4) values.push_back(static_cast<float>(i % 32));
       if (numbers > 5) values.push_back(-0.5f);
     }
-    return write(name, std::string(reinterpret_cast<const char*>(values.data()),
-                                   values.size() * sizeof(float)));
+    return floats(name, values);
   };
   for (const int numbers : {4, 5}) {  // 80 points: both sizes can be divided by both
     const std::string path = scan("scan" + std::to_string(numbers) + ".bin", numbers, 80);
@@ -194,18 +193,14 @@ TEST_F(LayoutFolders, BinFilesAreOfFourNumbersAPointOrOfFiveWithTheRing) {
     const auto k = static_cast<float>(i / 3);
     even.insert(even.end(), {5.0f + k, -k, -0.5f * static_cast<float>(i % 3), 0.1f});
   }
-  EXPECT_EQ(CloudFormat::Velodyne,
-            recognizeCloudFile(write("even.bin", std::string(reinterpret_cast<char*>(even.data()),
-                                                             even.size() * sizeof(float)))));
+  EXPECT_EQ(CloudFormat::Velodyne, recognizeCloudFile(floats("even.bin", even)));
   // With colours, as some data sets of rooms have them: no number but x and y below zero.
   std::vector<float> room;
   for (int i = 0; i < 400; ++i) {
     const auto k = static_cast<float>(i % 20);
     room.insert(room.end(), {0.1f * k, 2.0f, 0.05f * k, 120.0f + k, 90.0f, 60.0f - k});
   }
-  EXPECT_EQ(CloudFormat::None,
-            recognizeCloudFile(write("room.bin", std::string(reinterpret_cast<char*>(room.data()),
-                                                             room.size() * sizeof(float)))));
+  EXPECT_EQ(CloudFormat::None, recognizeCloudFile(floats("room.bin", room)));
 }
 
 TEST_F(LayoutFolders, BinFilesOfPointsWithColoursAreNotTaken) {
@@ -217,9 +212,7 @@ TEST_F(LayoutFolders, BinFilesOfPointsWithColoursAreNotTaken) {
     const double gray = random.uniform(0.3, 0.6);
     for (const double tint : {0.0, 0.05, 0.1}) points.push_back(float(gray + tint));
   }
-  EXPECT_EQ(CloudFormat::None,
-            recognizeCloudFile(write("rgb.bin", std::string(reinterpret_cast<char*>(points.data()),
-                                                            points.size() * sizeof(float)))));
+  EXPECT_EQ(CloudFormat::None, recognizeCloudFile(floats("rgb.bin", points)));
 }
 
 TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
@@ -228,9 +221,7 @@ TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
   std::vector<float> points;
   for (int i = 0; i < 12000; ++i)
     points.push_back(static_cast<float>(random.uniform(i < 1000 ? 0.0 : -1.0, 1.0)));
-  EXPECT_EQ(CloudFormat::None,
-            recognizeCloudFile(write("xyz.bin", std::string(reinterpret_cast<char*>(points.data()),
-                                                            points.size() * sizeof(float)))));
+  EXPECT_EQ(CloudFormat::None, recognizeCloudFile(floats("xyz.bin", points)));
   // A scan may have a few points that are none.
   std::vector<float> scan;
   for (int i = 0; i < 3000; ++i) {
@@ -238,9 +229,7 @@ TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
     scan.insert(scan.end(), {5.0f + 0.01f * k, -k, -0.5f * static_cast<float>(i % 3), 0.1f});
   }
   for (const std::size_t bad : {1500, 2999}) scan[4 * bad] = NAN;
-  EXPECT_EQ(CloudFormat::Velodyne,
-            recognizeCloudFile(write("some.bin", std::string(reinterpret_cast<char*>(scan.data()),
-                                                             scan.size() * sizeof(float)))));
+  EXPECT_EQ(CloudFormat::Velodyne, recognizeCloudFile(floats("some.bin", scan)));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("odd.bin", "0123456789")));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("text.bin", std::string(160, '\xff'))));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("empty.bin", "")));

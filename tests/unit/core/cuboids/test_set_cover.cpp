@@ -197,17 +197,14 @@ TEST(SplitAndMerge, DenseUnitIsNotSplit) {
   // 15 of 16 cells: density 0.9375 is above the threshold, so the hole stays inside.
   const std::vector<CellRectangle> r =
       splitAndMerge(maskOf({"####", "####", "####", "###."}), 0.9, 1, 1);
-  ASSERT_EQ(r.size(), 1u);
-  EXPECT_EQ(r[0], (CellRectangle{0, 0, 4, 4}));
+  EXPECT_EQ(r, (std::vector<CellRectangle>{{0, 0, 4, 4}}));
 }
 
 TEST(SplitAndMerge, QuartersThenMergesAlongUThenAlongV) {
   // Three full quarters: the lower two merge along u, the upper one has another width.
   const CellMask mask = maskOf({"####", "####", "##..", "##.."});
   const std::vector<CellRectangle> merged = splitAndMerge(mask, 0.9, 1, 1);
-  ASSERT_EQ(merged.size(), 2u);
-  EXPECT_EQ(merged[0], (CellRectangle{0, 0, 4, 2}));
-  EXPECT_EQ(merged[1], (CellRectangle{0, 2, 2, 2}));
+  EXPECT_EQ(merged, (std::vector<CellRectangle>{{0, 0, 4, 2}, {0, 2, 2, 2}}));
   EXPECT_EQ(splitAndMerge(mask, 0.9, 1, 1, false).size(), 3u);
 }
 
@@ -215,17 +212,13 @@ TEST(SplitAndMerge, MergesEqualWidthsAlongV) {
   // Both left quarters are full, both right ones empty.
   const std::vector<CellRectangle> r =
       splitAndMerge(maskOf({"##..", "##..", "##..", "##.#"}), 0.9, 1, 1);
-  ASSERT_EQ(r.size(), 2u);
-  EXPECT_EQ(r[0], (CellRectangle{0, 0, 2, 4}));
-  EXPECT_EQ(r[1], (CellRectangle{3, 3, 1, 1}));
+  EXPECT_EQ(r, (std::vector<CellRectangle>{{0, 0, 2, 4}, {3, 3, 1, 1}}));
 }
 
 TEST(SplitAndMerge, StopsAtTheSizeThresholds) {
   const CellMask mask = maskOf({"#...", "....", "....", "...#"});
   const std::vector<CellRectangle> r = splitAndMerge(mask, 0.9, 2, 2);
-  ASSERT_EQ(r.size(), 2u);
-  EXPECT_EQ(r[0], (CellRectangle{0, 0, 2, 2}));
-  EXPECT_EQ(r[1], (CellRectangle{2, 2, 2, 2}));
+  EXPECT_EQ(r, (std::vector<CellRectangle>{{0, 0, 2, 2}, {2, 2, 2, 2}}));
   EXPECT_EQ(splitAndMerge(mask, 0.9, 4, 1).size(), 1u);  // as wide as W_T: not wider
 }
 
@@ -234,8 +227,7 @@ TEST(SplitAndMerge, StartsFromTheBoundingRectangleOfTheCells) {
   mask.a0 = 10;
   mask.b0 = -20;
   const std::vector<CellRectangle> r = splitAndMerge(mask, 1.0, 1, 1);
-  ASSERT_EQ(r.size(), 1u);
-  EXPECT_EQ(r[0], (CellRectangle{11, -19, 2, 2}));
+  EXPECT_EQ(r, (std::vector<CellRectangle>{{11, -19, 2, 2}}));
 }
 
 TEST(SplitAndMerge, CoversEveryCellOnceAndMergingKeepsTheArea) {
