@@ -40,6 +40,7 @@ TEST_F(BadConfiguration, GiantsAreRefusedBeforeTheyAreBuilt) {
   };
   refuses("version: " + std::string(2000000, '1'), "larger than 1 MiB");
   refuses("a: " + std::string(40, '[') + std::string(40, ']'), "32 levels");
+  refuses(std::string(100000, '['), "");
   std::string many = "a: [";
   for (int i = 0; i < 150000; ++i) many += "1,";
   refuses(many + "1]", "more than 100,000 values");
@@ -107,10 +108,6 @@ TEST_F(BadConfiguration, NoYaml) {
   const ProgramResult result =
       expectExit(3, planarMap({"validate", write("bad.yaml", "version: [1\n")}));
   EXPECT_NE(std::string::npos, result.err.find("bad.yaml:2:1: this is no YAML")) << result.err;
-}
-
-TEST_F(BadConfiguration, DeeplyNestedYamlIsRefused) {
-  expectExit(3, planarMap({"validate", write("deep.yaml", std::string(100000, '['))}));
 }
 
 TEST_F(BadConfiguration, MissingFileDirectoryAndHugeFile) {

@@ -108,6 +108,15 @@ class BadStereoInput : public CliTest {
       EXPECT_LT((found.translation() - expected.translation()).norm(), tolerance) << frame;
     }
   }
+  /// The true poses of frames of the corridor, each changed.
+  template <typename Change>
+  void writePoses(const std::vector<std::size_t>& frames, const Change& change) const {
+    std::vector<io::StampedPose> poses;
+    for (const std::size_t frame : frames)
+      poses.push_back(
+          {0.1 * static_cast<double>(frame), change(corridorPair(frame).T_world_camera)});
+    io::writeTumPoses(directory_ / "seq/poses.txt", poses, io::Overwrite::Allow);
+  }
   void truncate(const std::string& path) const { fs::resize_file(path, fs::file_size(path) / 2); }
 };
 
@@ -173,10 +182,7 @@ TEST_F(BadStereoInput, CalibrationOfAnotherImageIsRefused) {
 TEST_F(BadStereoInput, CalibrationOfAnotherCameraIsSaid) {
   const std::vector<std::size_t> frames = {0, 2, 4, 6, 8};
   writeCorridor(frames);
-  std::vector<io::StampedPose> poses;
-  for (const std::size_t frame : frames)
-    poses.push_back({0.1 * static_cast<double>(frame), corridorPair(frame).T_world_camera});
-  io::writeTumPoses(directory_ / "seq/poses.txt", poses);
+  writePoses(frames, [](const Pose& pose) { return pose; });
   EXPECT_EQ("", runStereo().err);
   writeCalibration("baseline_m: 1.2\n");
   const std::string err = runStereo().err;
@@ -195,27 +201,13 @@ TEST_F(BadStereoInput, PosesOfAnotherConventionAreNamed) {
   writeCorridor(frames);
   Pose half_turn = Pose::Identity();
   half_turn.linear() = Vector3(1.0, -1.0, -1.0).asDiagonal();
-  std::vector<io::StampedPose> turned, inverse;
-  for (const std::size_t frame : frames) {
-    const double time = 0.1 * static_cast<double>(frame);
-    const Pose pose = corridorPair(frame).T_world_camera;
-    turned.push_back({time, pose * half_turn});
-    inverse.push_back({time, pose.inverse()});
-  }
-  io::writeTumPoses(directory_ / "seq/poses.txt", turned);
+  writePoses(frames, [&](const Pose& pose) { return pose * half_turn; });
   EXPECT_NE(std::string::npos, runStereo().err.find("(OpenGL; turn each by 180 degrees"));
-  fs::remove(directory_ / "seq/poses.txt");
-  io::writeTumPoses(directory_ / "seq/poses.txt", inverse);
+  writePoses(frames, [](const Pose& pose) { return pose.inverse(); });
   EXPECT_NE(std::string::npos, runStereo().err.find("(give their inverses)"));
   // Straight ahead from where the world begins each is the other.
-  std::vector<io::StampedPose> ahead;
   const Pose start = corridorPair(0).T_world_camera;
-  for (const std::size_t frame : frames) {
-    const Pose pose = start.inverse() * corridorPair(frame).T_world_camera;
-    ahead.push_back({0.1 * static_cast<double>(frame), pose.inverse()});
-  }
-  fs::remove(directory_ / "seq/poses.txt");
-  io::writeTumPoses(directory_ / "seq/poses.txt", ahead);
+  writePoses(frames, [&](const Pose& pose) { return Pose(start.inverse() * pose).inverse(); });
   const std::string err = runStereo().err;
   EXPECT_NE(std::string::npos, err.find("(OpenGL; turn each")) << err;
   EXPECT_NE(std::string::npos, err.find(", or of the world in the camera's frame")) << err;

@@ -37,12 +37,6 @@ class Layouts : public CliTest {
           "depth_scale: 1000\n");
     return native;
   }
-  void setTimes(const std::string& native, double step) const {
-    std::vector<io::StampedPose> poses = io::readTumPoses(native + "/poses.txt");
-    for (std::size_t i = 0; i < poses.size(); ++i)
-      poses[i].timestamp = static_cast<double>(i) * step;
-    io::writeTumPoses(native + "/poses.txt", poses, io::Overwrite::Allow);
-  }
   void expectSameMap(const std::string& native, const std::string& configuration,
                      const std::string& folder, const std::string& layout) const {
     expectExit(0, planarMap({"run", config(configuration), "-i", native, "-o",
@@ -108,7 +102,9 @@ TEST_F(Layouts, EurocGivesTheMapOfTheSameFolder) {
         "image_width: 320\nimage_height: 240\nfx: 250\nfy: 250\ncx: 159.5\ncy: 119.5\n"
         "rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]\ntranslation_m: [-0.12, 0, 0]\nk1: 0.001\n"
         "k2_right: 0.0005\ncx_right: 159.25\n");
-  setTimes(native, 0.1);
+  std::vector<io::StampedPose> poses = io::readTumPoses(native + "/poses.txt");
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].timestamp = 0.1 * static_cast<double>(i);
+  io::writeTumPoses(native + "/poses.txt", poses, io::Overwrite::Allow);
   expectSameMap(native, "stereo_indoor.yaml", layout_test::toEuroc(native, directory_ / "euroc"),
                 "EuRoC (ASL): 3 image pairs, poses of a file");
 }
