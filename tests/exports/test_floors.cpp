@@ -147,5 +147,41 @@ TEST(PlanFloors, DropsAreUnknown) {
     EXPECT_EQ(io::OccupancyGrid::kUnknown, grid.at(x, 40)) << x;
 }
 
+TEST(PlanFloors, WhatACoverClosesOfAHoleIsADrop) {
+  io::ExportedMap map;  // rectangles that leave a slit of 0.1 m of a hole of 0.4 m
+  map.resolution = 0.1;
+  map.cuboids = {box({0.0, 0.0, -0.1}, {1.9, 4.0, 0.0}), box({2.1, 0.0, -0.1}, {4.0, 4.0, 0.0}),
+                 box({1.8, 0.0, -0.1}, {2.2, 1.95, 0.0}), box({1.8, 2.05, -0.1}, {2.2, 4.0, 0.0})};
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
+    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  map.free = {box({0.0, 0.0, 0.0}, {4.0, 4.0, 3.0}, CellState::Free)};
+  const auto inHole = [](double at) { return at > 1.8 && at < 2.2; };
+  const auto freeCells = [&] {
+    const io::OccupancyGrid grid = io::gridOf(map);
+    std::pair<int, int> count;  // over the hole, elsewhere
+    for (std::uint32_t y = 0; y < grid.height; ++y) {
+      for (std::uint32_t x = 0; x < grid.width; ++x) {
+        const Vector2 place = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
+        if (grid.at(x, y) != io::OccupancyGrid::kFree) continue;
+        ++(inHole(place.x()) && inHole(place.y()) ? count.first : count.second);
+      }
+    }
+    return count;
+  };
+  EXPECT_EQ(std::pair(16, 1584), freeCells()) << "that nobody looked into";
+  map.free.push_back(box({1.8, 1.8, -1.0}, {2.2, 2.2, -0.1}, CellState::Free));
+  EXPECT_EQ(std::pair(0, 1584 - 20), freeCells()) << "one cell around it";
+}
+
+TEST(NavigationMap, AFloorWithAPitIsTheGround) {
+  std::vector<Cuboid> cuboids = {
+      box({0.0, 0.0, -0.1}, {6.0, 2.0, 0.0}), box({0.0, 3.0, -0.1}, {6.0, 4.0, 0.0}),
+      box({2.0, 2.0, -1.7}, {3.0, 3.0, -1.6}), box({1.9, 2.0, -1.6}, {2.0, 3.0, -0.1}),
+      box({3.0, 2.0, -1.6}, {3.1, 3.0, -0.1})};
+  for (std::size_t i = 0; i < 3; ++i) cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  const std::vector<Vector3> path = {{1.0, 1.0, 0.8}, {3.0, 1.0, 0.8}, {2.5, 2.5, 0.8}};
+  EXPECT_NEAR(io::groundHeight(cuboids, Vector3::UnitZ(), path), 0.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace planar_mapping

@@ -82,8 +82,10 @@ void Floors::sampleFaces(const std::vector<Cuboid>& cuboids) {
           const Vector3 local = axes.transpose() * offset;
           if (std::abs(local.x()) > half.x() || std::abs(local.y()) > half.y()) return;
           const double top = cuboid.center.z() + offset.z() + 0.5 * cuboid.size.z();
-          found.emplace_back(
-              cell, Sample{static_cast<float>(top - kExcess), static_cast<std::uint32_t>(i)});
+          Sample sample{static_cast<float>(top - kExcess), static_cast<std::uint32_t>(i)};
+          sample.is_inside = std::abs(local.x()) <= 0.5 * cuboid.size.x() &&
+                             std::abs(local.y()) <= 0.5 * cuboid.size.y();
+          found.emplace_back(cell, sample);
         });
   }
   first_.assign(
@@ -192,7 +194,7 @@ void Floors::findFloor(const GroundHeights& ground, double low) {
   raise_ = -*half;
 }
 
-std::optional<double> Floors::at(const Vector2& place, double near) const {
+std::optional<Floors::Place> Floors::at(const Vector2& place, double near) const {
   constexpr double kMost = 1.0;  // metres: not another storey
   const Eigen::Array2d cell = ((place - raster_.origin) / raster_.cell).array();
   if ((cell < 0.0).any() || (cell >= raster_.size.cast<double>()).any()) return std::nullopt;
@@ -200,14 +202,16 @@ std::optional<double> Floors::at(const Vector2& place, double near) const {
       static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(raster_.size.x()) +
       static_cast<std::size_t>(cell.x());
   const Sample* found = nullptr;
+  bool is_inside = false;
   for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k) {
     const Sample& sample = samples_[k];
     if (!sample.is_floor || std::abs(sample.height + raise_ - near) > kMost) continue;
+    is_inside = is_inside || sample.is_inside;
     const bool is_noise = found != nullptr && found->is_level && sample.is_level;  // or found is
     if (found == nullptr || (sample.height > found->height) != is_noise) found = &sample;
   }
   if (found == nullptr) return std::nullopt;
-  return found->height + raise_;
+  return Place{found->height + raise_, is_inside};
 }
 
 std::vector<GroundPoint> Floors::ground() const {

@@ -45,9 +45,13 @@ class Floors {
 
   /// Whether most of a cuboid is floor.
   bool contains(std::size_t cuboid) const { return is_floor_[cuboid] != 0; }
-  /// Height of the highest floor at a place that is at most a metre from a height; of several that
-  /// are level with the ground the lowest: the others are noise.
-  std::optional<double> at(const Vector2& place, double near) const;
+  struct Place {
+    double height;
+    bool is_inside;  ///< of a rectangle, not up to half a cell beside it
+  };
+  /// The highest floor at a place that is at most a metre from a height; of several that are level
+  /// with the ground the lowest: the others are noise.
+  std::optional<Place> at(const Vector2& place, double near) const;
   /// A place in each square of 2 m, the lowest of several floors over each other.
   std::vector<GroundPoint> ground() const;
 
@@ -59,6 +63,7 @@ class Floors {
     float free_below = 0.0f;  ///< metres
     float highest = 0.0f;     ///< of another plane that one gets to from here
     bool is_level = false;    ///< with the ground
+    bool is_inside = false;   ///< of the rectangle
     bool is_wide = false;     ///< a robot has room
     bool is_floor = false;
   };

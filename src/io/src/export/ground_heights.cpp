@@ -32,6 +32,8 @@ Vector3 placeOn(const Cuboid& cuboid, const Vector3& up, const Vector3& above) {
 struct Surroundings {
   std::vector<std::pair<double, double>> faces;  ///< of level cuboids: height, area
   std::vector<const Cuboid*> cuboids;
+  /// Of each place: height of the highest level face right under it; if none, minus infinity.
+  std::vector<double> under;
 };
 
 /// What is around a few of the places a map was seen from, and the height of its faces there.
@@ -39,9 +41,12 @@ Surroundings around(const std::vector<Vector3>& sensors, const std::vector<Cuboi
                     const Vector3& up) {
   constexpr double kAround = 15.0;          // metres: a scanner sees no ground nearer than 5
   constexpr double kLeastBelow = 0.05;      // metres
+  constexpr double kUnder = 0.25;           // metres beside a place
   constexpr std::size_t kMaxSensors = 100;  // are enough
   Surroundings found;
-  const std::size_t step = (sensors.size() + kMaxSensors - 1) / kMaxSensors;
+  const std::size_t step =
+      std::max<std::size_t>(1, (sensors.size() + kMaxSensors - 1) / kMaxSensors);
+  found.under.assign((sensors.size() + step - 1) / step, -INFINITY);
   for (const Cuboid& cuboid : cuboids) {
     const bool is_level = isLevel(cuboid, up);
     double nearest = kAround;
@@ -50,7 +55,10 @@ Surroundings around(const std::vector<Vector3>& sensors, const std::vector<Cuboi
       const Vector3 place = is_level ? placeOn(cuboid, up, sensors[i]) : cuboid.center;
       const Vector3 apart = place - sensors[i];
       const double beside = (apart - apart.dot(up) * up).norm();
-      if (beside >= nearest || (is_level && apart.dot(up) > -kLeastBelow)) continue;
+      if (is_level && apart.dot(up) > -kLeastBelow) continue;
+      if (is_level && beside <= kUnder)
+        found.under[i / step] = std::max(found.under[i / step], place.dot(up));
+      if (beside >= nearest) continue;
       nearest = beside;
       height = place.dot(up);
     }
@@ -72,8 +80,27 @@ Surroundings everything(const std::vector<Cuboid>& cuboids, const Vector3& up) {
   return all;
 }
 
-/// Of the lowest level faces that are larger than tables or, where those are small beside faces
-/// above them, of these; if next to nothing is below. Of a floor that leans, where most of it is.
+/// The level faces at the height of those that most of the places are right above.
+std::optional<Floor> stoodOver(Surroundings& here, double same_floor) {
+  if (here.under.empty()) return std::nullopt;
+  std::sort(here.under.begin(), here.under.end());
+  const double middle = here.under[here.under.size() / 2];
+  const auto isSame = [&](double height) { return std::abs(height - middle) <= same_floor; };
+  const auto count = std::count_if(here.under.begin(), here.under.end(), isSame);
+  if (2 * static_cast<std::size_t>(count) < here.under.size()) return std::nullopt;
+  Floor floor;
+  for (const auto& [height, area] : here.faces) {
+    if (!isSame(height)) continue;
+    floor.area += area;
+    floor.height += (height - floor.height) * area / floor.area;
+  }
+  return floor;
+}
+
+/// What most places are right above, if level faces below it are far smaller: a pit in a floor.
+/// Else of the lowest level faces that are larger than tables or, where those are small beside
+/// faces above them, of these; if next to nothing is below. Of a floor that leans, where most of it
+/// is.
 std::optional<double> floorHeight(Surroundings here, const Vector3& up) {
   constexpr double kMaxBelow = 0.1;   // of the volume: flying pixels below a floor reach 0.08
   constexpr double kMinArea = 4.0;    // square metres
@@ -94,6 +121,12 @@ std::optional<double> floorHeight(Surroundings here, const Vector3& up) {
         std::lower_bound(volumes.begin(), volumes.end(), std::pair(height - kBelow, 0.0));
     return above == volumes.begin() || (above - 1)->second <= kMaxBelow * volumes.back().second;
   };
+  if (const std::optional<Floor> stood = stoodOver(here, kSameFloor)) {
+    double below = 0.0;
+    for (const auto& [height, area] : faces)
+      below += height < stood->height - kSameFloor ? area : 0.0;
+    if (stood->area >= std::max(kMinArea, kFarLarger * below)) return stood->height;
+  }
   std::optional<Floor> found;
   Floor most;   // of the floor that was found, where most of it is
   Floor floor;  // of the faces up to so much above one of them

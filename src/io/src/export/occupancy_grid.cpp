@@ -35,37 +35,61 @@ struct Columns {
   Columns(GroundHeights heights, const GridBand& band)
       : ground(std::move(heights)), low(band.low), high(band.high) {}
 
+  template <typename Visit>
+  void forCells(const Visit& visit) const {
+    const int width = static_cast<int>(grid.width), height = static_cast<int>(grid.height);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) visit(static_cast<std::size_t>(y * width + x), x, y);
+  }
+  /// Cells at most so many rows and columns away.
+  template <typename Visit>
+  void forAround(int x, int y, int reach, const Visit& visit) const {
+    const int width = static_cast<int>(grid.width), height = static_cast<int>(grid.height);
+    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height - 1); ++v)
+      for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width - 1); ++u)
+        visit(static_cast<std::size_t>(v * width + u));
+  }
+
   /// Of the floor at each cell, where there is one; elsewhere of the ground.
   void followGround(const Floors* floors) {
-    const int width = static_cast<int>(grid.width), height = static_cast<int>(grid.height);
-    const std::size_t count = std::size_t{grid.width} * grid.height;
-    has_floor.assign(count, 0);
-    const auto forCells = [&](const auto& visit) {
-      for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) visit(static_cast<std::size_t>(y * width + x), x, y);
-    };
+    has_floor.assign(std::size_t{grid.width} * grid.height, 0);
     forCells([&](std::size_t i, int x, int y) {
       const Vector2 at = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
       const double found = ground.at({at.x(), at.y(), 0.0});
-      const std::optional<double> floor = floors != nullptr ? floors->at(at, found) : std::nullopt;
-      has_floor[i] = floor ? 1 : 0;
-      ground_at.push_back(static_cast<float>(floor.value_or(found)));
+      const auto floor = floors != nullptr ? floors->at(at, found) : std::nullopt;
+      has_floor[i] = floor && floor->is_inside ? 1 : 0;
+      ground_at.push_back(static_cast<float>(floor ? floor->height : found));
     });
     level_at = foot_at = ground_at;
     forCells([&](std::size_t i, int x, int y) {
       float lowest = ground_at[i];
-      for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v) {
-        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
-          const float other = ground_at[static_cast<std::size_t>(v * width + u)];
-          level_at[i] = std::max(level_at[i], other);
-          lowest = std::min(lowest, other);
-        }
-      }
+      forAround(x, y, 1, [&](std::size_t other) {
+        level_at[i] = std::max(level_at[i], ground_at[other]);
+        lowest = std::min(lowest, ground_at[other]);
+      });
       const double step = DepthBelow(grid.cell).from;
       if (ground_at[i] - lowest > step) foot_at[i] = lowest;
       if (level_at[i] - ground_at[i] > step) has_floor[i] = 0;
     });
   }
+
+  /// Cells that have no floor under their level and free space instead; next to them also what a
+  /// rectangle covers, which may reach over an edge by a cell and a half; and a cell around all.
+  /// \param hollow  free space under the level of each cell, metres
+  std::vector<std::uint8_t> drops(const std::vector<float>& hollow) const {
+    constexpr int kOverhang = 2;  // cells
+    const double enough = DepthBelow(grid.cell).enough;
+    std::vector<std::uint8_t> without(hollow.size(), 0), around(hollow.size(), 0);
+    forCells([&](std::size_t i, int x, int y) {
+      if (hollow[i] < enough || has_floor[i] != 0) return;
+      forAround(x, y, kOverhang, [&](std::size_t k) { without[k] |= hollow[k] >= enough ? 1 : 0; });
+    });
+    forCells([&](std::size_t i, int x, int y) {
+      if (without[i] != 0) forAround(x, y, 1, [&](std::size_t k) { around[k] = 1; });
+    });
+    return around;
+  }
+
   template <typename Visit>
   void forEachCellBelow(const Cuboid& cuboid, const Vector3& reach, const Visit& visit) const {
     const Eigen::Array2i size(static_cast<int>(grid.width), static_cast<int>(grid.height));
@@ -159,9 +183,10 @@ OccupancyGrid occupancyGrid(const GridSource& source, double cell, const GridBan
   const double high = band.high - band.low;
   const double enough = (by_free ? band.free_fraction : 1.0 - band.free_fraction) * high;
   grid.values.assign(count, OccupancyGrid::kUnknown);
+  const std::vector<std::uint8_t> drops =
+      by_free ? columns.drops(hollow) : std::vector<std::uint8_t>(count, 0);
   for (std::size_t i = 0; i < count; ++i) {
-    const bool is_drop = by_free && hollow[i] >= below.enough && columns.has_floor[i] == 0;
-    if ((seen[i] >= enough * (1.0 - 1e-5)) == by_free && !is_drop)
+    if ((seen[i] >= enough * (1.0 - 1e-5)) == by_free && drops[i] == 0)
       grid.values[i] = OccupancyGrid::kFree;
   }
   if (obstacles != nullptr) obstacles->assign(cuboids.size(), 0);

@@ -294,10 +294,10 @@ void MotionEstimationStage::registerFrame(Frame& frame, bool given) {
     if (!placement) {
       locator_->leaveOut();
       odometry.update({});
-      frame.skip_reason = frame.image_doubtful ? "its colour image does not seem to be registered "
-                                                 "to its depth, and depth alone does "
-                                                 "not tell where it is"
-                                               : locator_->doubt();
+      frame.skip_reason = frame.image_doubtful
+                              ? "edges of its depth are not seen in its colour image, which may "
+                                "not be registered to it, and depth alone does not tell where it is"
+                              : locator_->doubt();
       return;
     }
     prior = placement->prior;

@@ -18,9 +18,10 @@ struct GridBand {
   double high =
       1.8;  ///< [ours] over the ground: above it a robot passes under, and door frames are
   /// Height of the ground along the map's up axis; NaN = found: GroundHeights of
-  /// PlanarMap::ground(); without that, of floors from the height of the lowest level faces
-  /// of at least 4 square metres, or of much larger ones above those, with next to nothing below
-  /// them. Where there are none: 0 where the map starts at most 1 m above or 0.35 m below it, else
+  /// PlanarMap::ground(); without that, of floors from the height of the level faces that most
+  /// places the map was seen from are right above, of at least 4 square metres and eight times
+  /// what is below; else of the lowest of at least 4 square metres, or of much larger ones above
+  /// those, with next to nothing below them. Where there are none: 0 where the map starts at most 1 m above or 0.35 m below it, else
   /// the lowest floor or lower end of a cuboid, but for the lowest hundredth of the occupied
   /// volume.
   double ground = std::numeric_limits<double>::quiet_NaN();
@@ -93,9 +94,10 @@ struct GridSource {
 };
 
 /// A cell is occupied if a cuboid that is no floor meets the column over it within the band; else
-/// free if enough of the column over its middle was seen free, but for drops: where space was seen
-/// free one to three cells (of at least 0.1 m) under the level of the cell and those around it;
-/// else unknown. Floor is what is level (by at most 11 degrees) and at most band.low over the
+/// free if enough of the column over its middle was seen free, but for drops: where there is no
+/// face at the level of the cell and those around it and space was seen free one to three cells
+/// (of at least 0.1 m) under it, up to two cells beside that also under faces, and a cell around
+/// all; else unknown. Floor is what is level (by at most 11 degrees) and at most band.low over the
 /// ground, and faces that go on from there, rectangles at most a cell apart, without a step of more
 /// than 0.12 m or band.low, where a robot 0.5 m across has room; not what has free space right
 /// under it, as a table has.
