@@ -173,6 +173,21 @@ TEST(PlanFloors, WhatACoverClosesOfAHoleIsADrop) {
   EXPECT_EQ(std::pair(0, 1584 - 20), freeCells()) << "one cell around it";
 }
 
+TEST(PlanFloors, TheShadowUnderAnEdgeIsADrop) {
+  io::ExportedMap map;  // a dock over a yard of which the first 0.7 m are not seen
+  map.resolution = 0.1;
+  map.cuboids = {box({0.0, 0.0, -0.1}, {4.0, 4.0, 0.0}), box({4.7, 0.0, -1.2}, {8.0, 4.0, -1.1})};
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
+    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  map.free = {box({0.0, 0.0, 0.0}, {8.0, 4.0, 3.0}, CellState::Free),
+              box({4.7, 0.0, -1.1}, {8.0, 4.0, 0.0}, CellState::Free)};
+  map.options.band.ground = 0.0;
+  const io::OccupancyGrid grid = io::gridOf(map);
+  EXPECT_EQ(io::OccupancyGrid::kFree, grid.at(38, 20));
+  for (const std::uint32_t x : {40u, 43u, 46u, 50u})
+    EXPECT_EQ(io::OccupancyGrid::kUnknown, grid.at(x, 20)) << x;
+}
+
 TEST(NavigationMap, AFloorWithAPitIsTheGround) {
   std::vector<Cuboid> cuboids = {
       box({0.0, 0.0, -0.1}, {6.0, 2.0, 0.0}), box({0.0, 3.0, -0.1}, {6.0, 4.0, 0.0}),

@@ -44,6 +44,25 @@ TEST(Vertical, OfTheWorldOfACameraThatLooksDownIsWhatThePlanesSay) {
   EXPECT_LT(degreesBetween(pipeline.map().params().approximation.up, up), 0.5);
 }
 
+/// Level poses of a pair of cameras, whose planes say otherwise by 7 degrees.
+TEST(Vertical, OfAPairOfCamerasIsZWhereItIsThatOfTheImages) {
+  const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 0.2));
+  for (const bool is_pair : {true, false}) {
+    Frame frame;
+    frame.source = "test";
+    frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
+                          static_cast<std::uint32_t>(view.camera.height));
+    frame.camera = view.camera;
+    if (is_pair) frame.baseline = 0.12;
+    frame.given_pose = Eigen::AngleAxisd(0.12, Vector3::UnitX()) * view.pose;
+    Pipeline pipeline = pipelineOf(kStages);
+    pipeline.setMeanUp(Vector3::UnitZ());
+    pipeline.process(frame);
+    const double off = degreesBetween(pipeline.map().params().approximation.up, Vector3::UnitZ());
+    EXPECT_NEAR(is_pair ? 0.0 : 6.9, off, 0.5);
+  }
+}
+
 /// A world that was made level, by a camera that looks down by more than 45 degrees: its images
 /// have upwards next to another axis than z.
 TEST(Vertical, OfAWorldThatBeginsWithTheFirstFrameIsZ) {

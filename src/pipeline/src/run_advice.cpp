@@ -126,9 +126,10 @@ std::optional<std::string> FrameWatch::apart(const Frame& frame, const PointsVie
   const Vector3 place = frame.given_pose->translation();
   const double step = last_place_ ? (place - *last_place_).norm() : 0.0;
   const double both = last_reach_ + reach;
+  const bool is_seen = std::min(last_reach_, reach) > 0.0;
   last_place_ = place;
   last_reach_ = reach;
-  if (!(step > both)) return std::nullopt;
+  if (!is_seen || !(step > both)) return std::nullopt;
   is_apart_ = true;
   return "frame " + std::to_string(frame.number) + " " + frame.source + ": its given pose is " +
          rounded(step, 1) + " m from that of the frame before, and the points of both reach " +

@@ -13,12 +13,15 @@ namespace planar_mapping::detail {
 namespace {
 
 /// Poses given for a camera may be of a world that is not level, as that of a first camera: then
-/// planes tell what is upwards, unless they come near an axis.
+/// planes tell what is upwards, unless they come near an axis. Where z is upwards in the images
+/// of a pair of cameras, on the mean of all, it was made so: their far planes are off by degrees.
 void findVerticalOfCamera(const std::optional<Vector3>& mean_up, CloudScale& scale, Frame& frame) {
   constexpr double kAxis = 5.0 * kRadiansPerDegree;
   constexpr double kNearAxis = 15.0 * kRadiansPerDegree;  // of the mean of many images
+  constexpr double kLevel = 2.0 * kRadiansPerDegree;      // likewise
   if (mean_up) scale.up = nearestAxis(*mean_up);
   if (!frame.camera) return;
+  if (frame.baseline && mean_up && angleBetween(Vector3::UnitZ(), *mean_up) < kLevel) return;
   const Matrix3 axes = frame.T_world_sensor.linear();
   Vector3 expected = axes.transpose() * scale.up;
   std::optional<Vector3> z;  // cameras that look steeply down have upwards of images next to others

@@ -35,58 +35,74 @@ struct Columns {
   Columns(GroundHeights heights, const GridBand& band)
       : ground(std::move(heights)), low(band.low), high(band.high) {}
 
-  template <typename Visit>
-  void forCells(const Visit& visit) const {
-    const int width = static_cast<int>(grid.width), height = static_cast<int>(grid.height);
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) visit(static_cast<std::size_t>(y * width + x), x, y);
-  }
   /// Cells at most so many rows and columns away.
   template <typename Visit>
-  void forAround(int x, int y, int reach, const Visit& visit) const {
+  void forAround(std::size_t cell, int reach, const Visit& visit) const {
     const int width = static_cast<int>(grid.width), height = static_cast<int>(grid.height);
+    const int x = static_cast<int>(cell % grid.width), y = static_cast<int>(cell / grid.width);
     for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height - 1); ++v)
       for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width - 1); ++u)
         visit(static_cast<std::size_t>(v * width + u));
   }
 
-  /// Of the floor at each cell, where there is one; elsewhere of the ground.
-  void followGround(const Floors* floors) {
+  /// \param follow  heights are those of the floor at each cell, where there is one; elsewhere of
+  ///                the ground
+  void followGround(const Floors& floors, bool follow) {
+    const double step = DepthBelow(grid.cell).from;
     has_floor.assign(std::size_t{grid.width} * grid.height, 0);
-    forCells([&](std::size_t i, int x, int y) {
-      const Vector2 at = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
+    for (std::size_t i = 0; i < has_floor.size(); ++i) {
+      const Vector2 cell(static_cast<double>(i % grid.width), static_cast<double>(i / grid.width));
+      const Vector2 at = grid.origin + grid.cell * (cell + Vector2(0.5, 0.5));
       const double found = ground.at({at.x(), at.y(), 0.0});
-      const auto floor = floors != nullptr ? floors->at(at, found) : std::nullopt;
-      has_floor[i] = floor && floor->is_inside ? 1 : 0;
-      ground_at.push_back(static_cast<float>(floor ? floor->height : found));
-    });
+      const std::optional<Floors::Place> floor = floors.at(at, found);
+      ground_at.push_back(static_cast<float>(floor && follow ? floor->height : found));
+      has_floor[i] = floor && floor->is_inside && ground_at[i] - floor->height <= step ? 1 : 0;
+    }
     level_at = foot_at = ground_at;
-    forCells([&](std::size_t i, int x, int y) {
+    for (std::size_t i = 0; i < has_floor.size(); ++i) {
       float lowest = ground_at[i];
-      forAround(x, y, 1, [&](std::size_t other) {
+      forAround(i, 1, [&](std::size_t other) {
         level_at[i] = std::max(level_at[i], ground_at[other]);
         lowest = std::min(lowest, ground_at[other]);
       });
-      const double step = DepthBelow(grid.cell).from;
       if (ground_at[i] - lowest > step) foot_at[i] = lowest;
       if (level_at[i] - ground_at[i] > step) has_floor[i] = 0;
-    });
+    }
   }
 
-  /// Cells that have no floor under their level and free space instead; next to them also what a
-  /// rectangle covers, which may reach over an edge by a cell and a half; and a cell around all.
-  /// \param hollow  free space under the level of each cell, metres
+  /// Cells that have no floor at their level and free space under it; beside them cells without a
+  /// floor, in the shadow of an edge, and what a rectangle covers, which may reach over an edge by
+  /// a cell and a half; and a cell around all. \param hollow  free space under the level of each
+  /// cell, metres
   std::vector<std::uint8_t> drops(const std::vector<float>& hollow) const {
-    constexpr int kOverhang = 2;  // cells
+    constexpr double kShadow = 1.0;  // metres
+    constexpr int kOverhang = 2;     // cells
+    constexpr int kSure = 5;         // of a cell and those around it: fewer may be noise
     const double enough = DepthBelow(grid.cell).enough;
-    std::vector<std::uint8_t> without(hollow.size(), 0), around(hollow.size(), 0);
-    forCells([&](std::size_t i, int x, int y) {
-      if (hollow[i] < enough || has_floor[i] != 0) return;
-      forAround(x, y, kOverhang, [&](std::size_t k) { without[k] |= hollow[k] >= enough ? 1 : 0; });
-    });
-    forCells([&](std::size_t i, int x, int y) {
-      if (without[i] != 0) forAround(x, y, 1, [&](std::size_t k) { around[k] = 1; });
-    });
+    std::vector<std::uint8_t> is_open(hollow.size(), 0), is_drop, around;
+    std::vector<std::size_t> edge;
+    for (std::size_t i = 0; i < hollow.size(); ++i)
+      is_open[i] = hollow[i] >= enough && has_floor[i] == 0 ? 1 : 0;
+    is_drop = is_open;
+    for (std::size_t i = 0; i < hollow.size(); ++i) {
+      if (is_open[i] == 0) continue;
+      int count = 0;
+      forAround(i, 1, [&](std::size_t k) { count += is_open[k]; });
+      if (count >= kSure) edge.push_back(i);
+      forAround(i, kOverhang, [&](std::size_t k) { is_drop[k] |= hollow[k] >= enough ? 1 : 0; });
+    }
+    for (double reach = 0.0; reach < kShadow && !edge.empty(); reach += grid.cell) {
+      for (const std::size_t i : std::exchange(edge, {})) {
+        forAround(i, 1, [&](std::size_t k) {
+          if (is_open[k] != 0 || has_floor[k] != 0) return;
+          is_open[k] = is_drop[k] = 1;
+          edge.push_back(k);
+        });
+      }
+    }
+    around = is_drop;
+    for (std::size_t i = 0; i < hollow.size(); ++i)
+      if (is_drop[i] != 0) forAround(i, 1, [&](std::size_t k) { around[k] = 1; });
     return around;
   }
 
@@ -138,7 +154,9 @@ OccupancyGrid occupancyGrid(const GridSource& source, double cell, const GridBan
   requireInRange("band low", band.low, -1e6, 1e6, "m");
   requireInRange("band high", band.high, -1e6, 1e6, "m");
   requireInRange("free fraction", band.free_fraction, 0.0, 1.0);
-  if (!(band.low < band.high)) throw ParameterError("a band must end above its beginning");
+  if (!(band.low < band.high))
+    throw ParameterError("a band must end above its beginning, not go from " +
+                         std::to_string(band.low) + " to " + std::to_string(band.high) + " m");
   const Quaternion turn = turning(source.up, Vector3::UnitZ());
   std::vector<Cuboid> cuboids, space;
   for (const Cuboid& cuboid : source.cuboids) cuboids.push_back(turned(turn, cuboid));
@@ -163,7 +181,7 @@ OccupancyGrid occupancyGrid(const GridSource& source, double cell, const GridBan
   grid.ground = columns.ground.middle();
   requireInRange("ground", grid.ground, -1e6, 1e6, "m");
   placeGrid(cuboids, space, columns);
-  columns.followGround(is_found && band.low > 0.0 ? &floors : nullptr);
+  columns.followGround(floors, is_found && band.low > 0.0);
   const std::size_t count = std::size_t{grid.width} * grid.height;
 
   // Heights in the band, and of those under the level of the place, that were seen free.

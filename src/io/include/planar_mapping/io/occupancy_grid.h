@@ -21,9 +21,9 @@ struct GridBand {
   /// PlanarMap::ground(); without that, of floors from the height of the level faces that most
   /// places the map was seen from are right above, of at least 4 square metres and eight times
   /// what is below; else of the lowest of at least 4 square metres, or of much larger ones above
-  /// those, with next to nothing below them. Where there are none: 0 where the map starts at most 1 m above or 0.35 m below it, else
-  /// the lowest floor or lower end of a cuboid, but for the lowest hundredth of the occupied
-  /// volume.
+  /// those, with next to nothing below them. Where there are none: 0 where the map starts at most 1
+  /// m above or 0.35 m below it, else the lowest floor or lower end of a cuboid, but for the lowest
+  /// hundredth of the occupied volume.
   double ground = std::numeric_limits<double>::quiet_NaN();
   double free_fraction = 0.75;  ///< [ours] of the band that a free cell needs: a robot has to fit
 };
@@ -95,12 +95,13 @@ struct GridSource {
 
 /// A cell is occupied if a cuboid that is no floor meets the column over it within the band; else
 /// free if enough of the column over its middle was seen free, but for drops: where there is no
-/// face at the level of the cell and those around it and space was seen free one to three cells
-/// (of at least 0.1 m) under it, up to two cells beside that also under faces, and a cell around
-/// all; else unknown. Floor is what is level (by at most 11 degrees) and at most band.low over the
-/// ground, and faces that go on from there, rectangles at most a cell apart, without a step of more
-/// than 0.12 m or band.low, where a robot 0.5 m across has room; not what has free space right
-/// under it, as a table has.
+/// face at the level of the cell and those around it and space was seen free one to three cells (of
+/// at least 0.1 m) under it; beside five such cells together those without a face up to a metre
+/// away, in the shadow of an edge; up to two cells beside any such cell also what has that space
+/// under a face; and a cell around all; else unknown. Floor is what is level (by at most 11
+/// degrees) and at most band.low over the ground, and faces that go on from there, rectangles at
+/// most a cell apart, without a step of more than 0.12 m or band.low, where a robot 0.5 m across
+/// has room; not what has free space right under it, as a table has.
 /// \param cell  side, metres, above 0
 /// \param obstacles  if given, a mark for each cuboid that makes a cell occupied
 /// \throws ParameterError if cell or band are out of range, or there would be more than 50 million
