@@ -72,8 +72,9 @@ struct Columns {
 
   /// Cells that have no floor at their level and free space under it; beside them cells without a
   /// floor, in the shadow of an edge, and what a rectangle covers, which may reach over an edge by
-  /// a cell and a half; and a cell around all. \param hollow  free space under the level of each
-  /// cell, metres
+  /// a cell and a half; and a cell around all.
+  ///
+  /// \param hollow  free space under the level of each cell, metres
   std::vector<std::uint8_t> drops(const std::vector<float>& hollow) const {
     constexpr double kShadow = 1.0;  // metres
     constexpr int kOverhang = 2;     // cells
