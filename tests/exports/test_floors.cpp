@@ -174,9 +174,10 @@ TEST(PlanFloors, WhatACoverClosesOfAHoleIsADrop) {
 }
 
 TEST(PlanFloors, TheShadowUnderAnEdgeIsADrop) {
-  io::ExportedMap map;  // a dock over a yard of which the first 0.7 m are not seen
+  io::ExportedMap map;  // a dock of two faces over a yard of which the first 0.7 m are not seen
   map.resolution = 0.1;
-  map.cuboids = {box({0.0, 0.0, -0.1}, {4.0, 4.0, 0.0}), box({4.7, 0.0, -1.2}, {8.0, 4.0, -1.1})};
+  map.cuboids = {box({0.0, 0.0, -0.1}, {4.0, 1.9, 0.0}), box({0.0, 2.0, -0.1}, {4.0, 4.0, 0.0}),
+                 box({4.7, 0.0, -1.2}, {8.0, 4.0, -1.1})};
   for (std::size_t i = 0; i < map.cuboids.size(); ++i)
     map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
   map.free = {box({0.0, 0.0, 0.0}, {8.0, 4.0, 3.0}, CellState::Free),
@@ -184,6 +185,7 @@ TEST(PlanFloors, TheShadowUnderAnEdgeIsADrop) {
   map.options.band.ground = 0.0;
   const io::OccupancyGrid grid = io::gridOf(map);
   EXPECT_EQ(io::OccupancyGrid::kFree, grid.at(38, 20));
+  EXPECT_EQ(io::OccupancyGrid::kFree, grid.at(36, 19)) << "between the faces";
   for (const std::uint32_t x : {40u, 43u, 46u, 50u})
     EXPECT_EQ(io::OccupancyGrid::kUnknown, grid.at(x, 20)) << x;
 }

@@ -30,7 +30,8 @@ struct Columns {
   double low, high;
   /// Of a cell; the highest and, beyond a step, the lowest of it and those around it.
   std::vector<float> ground_at, level_at, foot_at;
-  std::vector<std::uint8_t> has_floor;  ///< at its level
+  /// At its level: 2 = the middle is on a rectangle, 1 = up to half a cell beside one, 0 = none.
+  std::vector<std::uint8_t> has_floor;
 
   Columns(GroundHeights heights, const GridBand& band)
       : ground(std::move(heights)), low(band.low), high(band.high) {}
@@ -56,7 +57,7 @@ struct Columns {
       const double found = ground.at({at.x(), at.y(), 0.0});
       const std::optional<Floors::Place> floor = floors.at(at, found);
       ground_at.push_back(static_cast<float>(floor && follow ? floor->height : found));
-      has_floor[i] = floor && floor->is_inside && ground_at[i] - floor->height <= step ? 1 : 0;
+      if (floor && ground_at[i] - floor->height <= step) has_floor[i] = floor->is_inside ? 2 : 1;
     }
     level_at = foot_at = ground_at;
     for (std::size_t i = 0; i < has_floor.size(); ++i) {
@@ -83,7 +84,7 @@ struct Columns {
     std::vector<std::uint8_t> is_open(hollow.size(), 0), is_drop, around;
     std::vector<std::size_t> edge;
     for (std::size_t i = 0; i < hollow.size(); ++i)
-      is_open[i] = hollow[i] >= enough && has_floor[i] == 0 ? 1 : 0;
+      is_open[i] = hollow[i] >= enough && has_floor[i] < 2 ? 1 : 0;
     is_drop = is_open;
     for (std::size_t i = 0; i < hollow.size(); ++i) {
       if (is_open[i] == 0) continue;
