@@ -7,6 +7,7 @@
 #include <mutex>
 #include <utility>
 
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "planar_mapping/pipeline/sequence_source.h"
@@ -142,9 +143,8 @@ double usedDepth(const Place& place) {
       depths.push_back(view.point(static_cast<std::size_t>(i)).z());
   }
   if (depths.empty()) return evaluation::VisibleSurfaceParams().max_depth;
-  const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(depths.size()));
-  std::nth_element(depths.begin(), depths.begin() + rank, depths.end());
-  return depths[static_cast<std::size_t>(rank)];
+  const double rank = 0.99 * static_cast<double>(depths.size());
+  return detail::ranked(depths, static_cast<std::size_t>(rank));
 }
 
 class SimulatedPlaces : public PlaceSource {

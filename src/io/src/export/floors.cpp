@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "export/exported_map.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/geometry/detail/oriented_box.h"
 
 namespace planar_mapping::io {
@@ -189,9 +190,7 @@ void Floors::findFloor(const GroundHeights& ground, double low) {
   for (std::size_t i = 0; i < counts.size(); ++i)
     is_floor_[i] = counts[i].first > 0 && 2 * counts[i].second > counts[i].first ? 1 : 0;
   if (off.empty() || ground.lowest() < ground.highest()) return;
-  const auto half = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-  std::nth_element(off.begin(), half, off.end());
-  raise_ = -*half;
+  raise_ = -detail::ranked(off, off.size() / 2);
 }
 
 std::optional<Floors::Place> Floors::at(const Vector2& place, double near) const {

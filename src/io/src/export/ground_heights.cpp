@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "export/exported_map.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/io/occupancy_grid.h"
 
 namespace planar_mapping::io {
@@ -83,8 +84,7 @@ Surroundings everything(const std::vector<Cuboid>& cuboids, const Vector3& up) {
 /// The level faces at the height of those that most of the places are right above.
 std::optional<Floor> stoodOver(Surroundings& here, double same_floor) {
   if (here.under.empty()) return std::nullopt;
-  std::sort(here.under.begin(), here.under.end());
-  const double middle = here.under[here.under.size() / 2];
+  const double middle = detail::ranked(here.under, here.under.size() / 2);
   const auto isSame = [&](double height) { return std::abs(height - middle) <= same_floor; };
   const auto count = std::count_if(here.under.begin(), here.under.end(), isSame);
   if (2 * static_cast<std::size_t>(count) < here.under.size()) return std::nullopt;
@@ -228,9 +228,7 @@ GroundHeights::GroundHeights(const std::vector<GroundPoint>& ground, const Vecto
   std::vector<float> all;
   for (const float height : heights_)
     if (!std::isnan(height)) all.push_back(height);
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2),
-                   all.end());
-  middle_ = all[all.size() / 2];
+  middle_ = detail::ranked(all, all.size() / 2);
   const auto [lowest, highest] = std::minmax_element(all.begin(), all.end());
   lowest_ = *lowest;
   highest_ = *highest;

@@ -81,11 +81,11 @@ struct Columns {
     constexpr int kOverhang = 2;     // cells
     constexpr int kSure = 5;         // of a cell and those around it: fewer may be noise
     const double enough = DepthBelow(grid.cell).enough;
-    std::vector<std::uint8_t> is_open(hollow.size(), 0), is_drop, around;
+    std::vector<std::uint8_t> is_open(hollow.size(), 0), around(hollow.size(), 0);
     std::vector<std::size_t> edge;
     for (std::size_t i = 0; i < hollow.size(); ++i)
       is_open[i] = hollow[i] >= enough && has_floor[i] < 2 ? 1 : 0;
-    is_drop = is_open;
+    std::vector<std::uint8_t> is_drop = is_open;
     for (std::size_t i = 0; i < hollow.size(); ++i) {
       if (is_open[i] == 0) continue;
       int count = 0;
@@ -102,7 +102,6 @@ struct Columns {
         });
       }
     }
-    around = is_drop;
     for (std::size_t i = 0; i < hollow.size(); ++i)
       if (is_drop[i] != 0) forAround(i, 1, [&](std::size_t k) { around[k] = 1; });
     return around;

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/core/planes/multi_plane.h"
@@ -101,9 +102,7 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
   double misfit = 0.0;
   for (std::vector<double>& of : distances) {
     if (of.size() < kMinPieces) continue;
-    const auto half = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
-    std::nth_element(of.begin(), half, of.end());
-    misfit = std::max(misfit, *half);
+    misfit = std::max(misfit, ranked(of, of.size() / 2));
   }
   if (!(misfit > cells.resolution)) return std::nullopt;
   done_ = true;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/camera.h"
+#include "planar_mapping/core/base/detail/lists.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -234,10 +235,8 @@ double groundHeight(const SceneContent& content) {
   }
   if (heights.empty()) return io::groundHeight(content.unknown, up);
   // A few stray points deep below the floor must not become the ground.
-  const auto low = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 100);
-  std::nth_element(heights.begin(), low, heights.end());
   Cuboid point;
-  point.center = *low * up;
+  point.center = detail::ranked(heights, heights.size() / 100) * up;
   point.size = Vector3::Zero();
   return io::groundHeight({point}, up);
 }
