@@ -53,7 +53,7 @@ Ready chooseClouds(const io::Sequence& sequence) {
   if (sequence.size() == 1)
     return {"single_pcd.yaml",
             {},
-            has_poses ? "" : "none is given: the sensor is taken to be at the origin"};
+            has_poses ? "" : "no poses are given: the sensor is taken to be at the origin"};
   Ready ready = {"pcd_sequence.yaml", {}, ""};
   if (!has_poses) {
     ready.assignments.emplace_back("motion_estimation.enabled=true");

@@ -175,7 +175,8 @@ class PlanarMap:
         through_unknown: bool = False,
     ) -> _Array:
         """Where each ray first meets what is not free: fields distance (inf = nowhere within range), point (3), cuboid
-        (index into cuboids(), -1 = unknown space) and state. origins and directions are (N, 3), or (3) for all rays."""
+        (index into cuboids(), -1 = unknown space) and state: of a ray that meets nothing free, or unknown if it
+        passed unknown space. origins and directions are (N, 3), or (3) for all rays."""
     @property
     def frames(self) -> int: ...
     @property

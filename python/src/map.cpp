@@ -205,8 +205,12 @@ py::array castRays(const SharedMap& self, const py::object& from, const py::obje
   self.read([&](const PlanarMap& map) {
     for (std::size_t i = 0; i < count; ++i) {
       try {
-        out[i] = hitOf(castRay(map, origins[origins.isSinglePoint() ? 0 : i],
-                               directions[directions.isSinglePoint() ? 0 : i], range, unknown));
+        const Vector3 origin = origins[origins.isSinglePoint() ? 0 : i];
+        const Vector3 direction = directions[directions.isSinglePoint() ? 0 : i];
+        const std::optional<RayHit> hit = castRay(map, origin, direction, range, unknown);
+        out[i] = hitOf(hit);
+        if (!hit && through_unknown && castRay(map, origin, direction, range))
+          out[i].state = static_cast<std::uint8_t>(CellState::Unknown);
       } catch (const ParameterError& error) {
         throw ParameterError("ray " + std::to_string(i) + ": " + error.what());
       }

@@ -49,6 +49,15 @@ TEST_F(MapCommands, QueryTellsStatesOfPointsBoxesAndRays) {
   // No frame has seen what lies there.
   EXPECT_EQ(answers["ray"][1]["state"], "unknown");
   EXPECT_TRUE(answers["ray"][1].contains("distance_m"));
+  const std::vector<std::string> through = {"query", file, "--through-unknown", "--json", "--ray"};
+  const auto passed = [&](const std::string& ray, const std::string& range) {
+    std::vector<std::string> arguments = through;
+    arguments.insert(arguments.end(), {ray, "--range", range});
+    return Json::parse(expectExit(0, planarMap(arguments)).out)["ray"][0];
+  };
+  EXPECT_EQ(passed("3,-0.5,0.6,0,0,5", "9")["state"], "unknown");  // nothing met is not all free
+  EXPECT_FALSE(passed("3,-0.5,0.6,0,0,5", "9").contains("distance_m"));
+  EXPECT_EQ(passed("3,-0.5,0.6,1,0,0", "1")["state"], "free");
 }
 
 TEST_F(MapCommands, QueryTakesNegativeNumbersAndAnswersInLines) {

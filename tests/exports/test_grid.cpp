@@ -93,6 +93,13 @@ TEST(NavigationMap, OriginAndOrderOfRowsAreThoseOfMapServer) {
   EXPECT_EQ(map.picture(), (std::vector<std::string>{"???#", "....", "...."}));
 }
 
+TEST(NavigationMap, YamlNamesAnyFile) {
+  for (const std::string name : {"floor #2", "it's: 1", "[a]", "- b", "plain_1"}) {
+    const test::Exported file(io::writePgm, handMade(), name + ".pgm");
+    EXPECT_EQ(load(file / (name + ".yaml")).width, 4) << name;
+  }
+}
+
 TEST(NavigationMap, BytesAreThoseThatPlannersKnow) {
   const test::Exported file(io::writePgm, handMade(), "m.pgm");
   std::ifstream in(file.path(), std::ios::binary);
@@ -226,6 +233,18 @@ TEST(NavigationMap, FollowsTheGroundThatWasRemoved) {
   EXPECT_NEAR(io::GroundHeights(map.ground, Vector3::UnitZ(), 7.0).at({20.5, 1.0, 0.0}), -3.0, 1.1);
   map.ground.resize(1);
   EXPECT_EQ(io::GroundHeights(map.ground, Vector3::UnitZ(), 7.0).at({0.5, 0.5, 0.0}), 7.0);
+}
+
+TEST(NavigationMap, BetweenAFloorAndAPitIsNoRamp) {
+  for (const auto& [depth, between] : {std::pair(0.4, -0.2), {0.8, 0.0}}) {
+    std::vector<GroundPoint> ground;
+    for (const double x : {1.0, 3.0, 5.0, 7.0})
+      for (const double y : {1.0, 3.0})
+        ground.push_back({Vector3(x, y, x < 4.0 ? 0.0 : -depth), 200});
+    const io::GroundHeights heights(ground, Vector3::UnitZ(), 7.0);
+    EXPECT_NEAR(heights.at({4.0, 2.0, 0.0}), between, 1e-6);
+    EXPECT_NEAR(heights.at({6.0, 2.0, 0.0}), -depth, 1e-6);
+  }
 }
 
 /// x right, y down, z forward: forward becomes y of the grid.

@@ -115,7 +115,11 @@ def test_rays_end_at_the_wall(wall_map):
     behind = wall_map.cast_rays([[5.0, 1.0, 1.0]], [[1.0, 0.0, 0.0]])[0]
     assert behind["state"] == pm.UNKNOWN and behind["distance"] == 0.0 and behind["cuboid"] == -1
     nothing = wall_map.cast_rays([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], 5.0, through_unknown=True)[0]
-    assert nothing["distance"] == np.inf and nothing["state"] == pm.FREE and np.isnan(nothing["point"]).all()
+    assert nothing["distance"] == np.inf and nothing["state"] == pm.UNKNOWN and np.isnan(nothing["point"]).all()
+    near = wall_map.cast_rays([0.0, 0.0, 1.0], [1.0, 0.4, 0.0], 2.0, through_unknown=True)[0]
+    assert near["distance"] == np.inf
+    empty = pm.PlanarMap().cast_rays([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], through_unknown=True)
+    assert empty["state"].tolist() == [pm.UNKNOWN]
 
 
 def test_segment_labels_points_and_serves_insert_and_approximate():

@@ -260,8 +260,9 @@ Vector2 GroundHeights::placeOf(const Vector3& turned) const {
   return at.cwiseMax(0.0).cwiseMin(last);
 }
 
-/// Between the middles of four cells.
+/// Between the middles of four cells; if it is too steep there to be one ground, the highest.
 double GroundHeights::at(const Vector3& point) const {
+  constexpr double kSteep = 0.25;  // of the way: a garage's ramp
   const Vector2 place = placeOf(turn_ * point);
   const Eigen::Array2i first = place.array().cast<int>();
   const Eigen::Array2i next = (first + 1).min(size_ - 1);
@@ -270,6 +271,9 @@ double GroundHeights::at(const Vector3& point) const {
     return double{heights_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.x()) +
                            static_cast<std::size_t>(x)]};
   };
+  const auto [low, high] = std::minmax({height(first.x(), first.y()), height(next.x(), first.y()),
+                                        height(first.x(), next.y()), height(next.x(), next.y())});
+  if (high - low > kSteep * cell_) return high;
   const auto along = [&](int y) {
     return (1.0 - part.x()) * height(first.x(), y) + part.x() * height(next.x(), y);
   };

@@ -3,6 +3,7 @@
 #include "planar_mapping/io/occupancy_grid.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -147,6 +148,17 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
   grid.height = static_cast<std::uint32_t>(count.y());
 }
 
+/// A word that YAML would read as something else is quoted.
+std::string yamlOf(const std::string& name) {
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-' || c == '/' || c > 127;
+  };
+  if (name[0] != '-' && std::all_of(name.begin(), name.end(), is_plain)) return name;
+  std::string quoted = "'";
+  for (const char c : name) quoted.append(c == '\'' ? 2 : 1, c);
+  return quoted + "'";
+}
+
 }  // namespace
 
 OccupancyGrid occupancyGrid(const GridSource& source, double cell, const GridBand& band,
@@ -263,8 +275,8 @@ Contents writePgm(const ExportedMap& map, const std::string& path) {
            listOf(turning(map.up, Vector3::UnitZ()), ", "), '\n');
   // 205 is read as unknown only with a threshold of 0.196, not with 0.25.
   append(yaml, originNote(map, "# ", ": the place of the map's own origin in the world\n"),
-         "image: ", stemOf(path), ".pgm\nmode: trinary\nresolution: ", grid.cell, "\norigin: [",
-         listOf(Vector3(grid.origin.x(), grid.origin.y(), 0.0), ", "),
+         "image: ", yamlOf(stemOf(path) + ".pgm"), "\nmode: trinary\nresolution: ", grid.cell,
+         "\norigin: [", listOf(Vector3(grid.origin.x(), grid.origin.y(), 0.0), ", "),
          "]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
   return {std::move(pgm), std::move(yaml)};
 }
