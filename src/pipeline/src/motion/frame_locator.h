@@ -52,6 +52,7 @@ class FrameLocator {
   /// Frames that were left out since the last one with a pose.
   int lostFrames() const { return lost_; }
   const std::optional<Pose>& lastPose() const { return last_pose_; }
+  bool isSeen() const;  ///< an image can be compared with those of earlier frames
   /// Whether a pose is so near to where the frame is expected as one has to be that depth alone
   /// gives: a box or a corridor looks alike from its other end.
   bool isStep(const Pose& T_world_sensor) const;
@@ -83,7 +84,6 @@ class FrameLocator {
   bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;
   bool isEnough(const OdometryResult& by_features) const;
-  bool isSeen() const;  ///< an image can be compared with those of earlier frames
   PoseCandidate candidateOf(const CloudRegistration& by_cloud) const;
   void noteCloud(const CloudRegistration& by_cloud);
 

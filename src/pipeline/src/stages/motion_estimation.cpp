@@ -15,6 +15,17 @@ namespace {
 using Poses = MotionKeys::Poses;
 using Clouds = MotionKeys::Clouds;
 
+/// Whether next to none of the features agree with a pose: seats, posts and panels repeat, what is
+/// on them does not.
+bool contradict(const Odometry& odometry, const Frame& frame, const Pose& T_world_sensor) {
+  constexpr std::size_t kFewest = 15;
+  constexpr double kLeast = 0.1;  // of them: 0.39 and more agree with right places, 0.04 with wrong
+  const PosePrior there{T_world_sensor, Matrix6::Identity(), true};
+  const OdometryResult result = odometry.locate(frame.key_features, there);
+  return result.matches >= kFewest &&
+         static_cast<double>(result.inliers) < kLeast * static_cast<double>(result.matches);
+}
+
 /// Gives each frame its pose: the given one, or the one at which FrameLocator and the features
 /// agree. A frame that cannot be placed gets the reason (Frame::skip_reason).
 class MotionEstimationStage : public Stage {
@@ -144,6 +155,7 @@ std::optional<FrameLocator::Placement> MotionEstimationStage::placeDoubtful(cons
     std::optional<FrameLocator::Placement> by_cloud = locator_->place(bare);
     locator_->lookAt(frame);
     if (by_cloud && by_cloud->prior &&
+        !contradict(locator_->odometry(), frame, by_cloud->prior->T_world_sensor) &&
         !locator_->isBetterByFeatures(frame, by_cloud->prior->T_world_sensor) &&
         !locator_->isAmbiguous(by_cloud->prior->T_world_sensor)) {
       by_cloud->prior->exact = true;
@@ -151,7 +163,10 @@ std::optional<FrameLocator::Placement> MotionEstimationStage::placeDoubtful(cons
     }
   }
   std::optional<FrameLocator::Placement> by_image = locator_->place(frame);
-  if (by_image && by_image->prior && !locator_->isStep(by_image->prior->T_world_sensor))
+  if (by_image && by_image->prior &&
+      (!locator_->isStep(by_image->prior->T_world_sensor) ||
+       (!locator_->isSeen() &&
+        contradict(locator_->odometry(), frame, by_image->prior->T_world_sensor))))
     by_image.reset();
   return by_image;
 }
