@@ -68,12 +68,9 @@ Json answerRay(const PlanarMap& map, const std::string& text, const Arguments& a
       castRay(map, origin, direction, arguments.range,
               arguments.through_unknown ? UnknownSpaceIs::Transparent : UnknownSpaceIs::AnObstacle);
   Json answer = {{"origin", toJson(origin)}, {"direction", toJson(direction)}};
-  if (!hit) {  // what it passed is free only where it was seen
-    const bool is_free = !castRay(map, origin, direction, arguments.range);
-    answer["state"] = toString(is_free ? CellState::Free : CellState::Unknown);
-    return answer;
-  }
-  answer["state"] = toString(hit->state);
+  answer["state"] =
+      toString(hit ? hit->state : stateAlong(map, origin, direction, arguments.range));
+  if (!hit) return answer;
   answer["distance_m"] = hit->distance;
   answer["point"] = toJson(hit->point);
   const Indices cuboids = hit->cuboid >= 0 ? Indices{hit->cuboid} : Indices{};

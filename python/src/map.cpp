@@ -209,8 +209,8 @@ py::array castRays(const SharedMap& self, const py::object& from, const py::obje
         const Vector3 direction = directions[directions.isSinglePoint() ? 0 : i];
         const std::optional<RayHit> hit = castRay(map, origin, direction, range, unknown);
         out[i] = hitOf(hit);
-        if (!hit && through_unknown && castRay(map, origin, direction, range))
-          out[i].state = static_cast<std::uint8_t>(CellState::Unknown);
+        if (!hit)
+          out[i].state = static_cast<std::uint8_t>(stateAlong(map, origin, direction, range));
       } catch (const ParameterError& error) {
         throw ParameterError("ray " + std::to_string(i) + ": " + error.what());
       }

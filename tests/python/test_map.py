@@ -117,7 +117,7 @@ def test_rays_end_at_the_wall(wall_map):
     nothing = wall_map.cast_rays([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], 5.0, through_unknown=True)[0]
     assert nothing["distance"] == np.inf and nothing["state"] == pm.UNKNOWN and np.isnan(nothing["point"]).all()
     near = wall_map.cast_rays([0.0, 0.0, 1.0], [1.0, 0.4, 0.0], 2.0, through_unknown=True)[0]
-    assert near["distance"] == np.inf
+    assert near["distance"] == np.inf and near["state"] == pm.FREE
     empty = pm.PlanarMap().cast_rays([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], through_unknown=True)
     assert empty["state"].tolist() == [pm.UNKNOWN]
 

@@ -242,6 +242,12 @@ std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const
   return hit;
 }
 
+CellState stateAlong(const PlanarMap& map, const Vector3& origin, const Vector3& direction,
+                     double range) {
+  const std::optional<RayHit> hit = castRay(map, origin, direction, range);
+  return hit ? hit->state : CellState::Free;
+}
+
 BoxState stateOfBox(const PlanarMap& map, const Vector3& low, const Vector3& high) {
   requireFinite(low, "the lower corner of a box");
   requireFinite(high, "the upper corner of a box");

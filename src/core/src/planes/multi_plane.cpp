@@ -150,6 +150,11 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   PlaneSearchMethod method =
       is_automatic ? chooseMethod(points, params, considered, sensor) : params.method;
   PlaneSet set = findPlanesBy(method, points, indices, params, sensor);
+  if (is_automatic && method == PlaneSearchMethod::Organized && set.planes.empty()) {
+    // Neighbours in rows and columns may be none in space, as some drivers write them.
+    method = PlaneSearchMethod::Sequential;
+    set = findPlanesBy(method, points, indices, params, sensor);
+  }
   // The rings of a scanner lie on surfaces, however wide the gaps between them; of sparse features
   // among clutter the search for surfaces finds few, and those few may be clutter.
   const auto on_surfaces = static_cast<double>(inliersOf(set));

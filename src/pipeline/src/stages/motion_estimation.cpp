@@ -216,7 +216,8 @@ void MotionEstimationStage::registerFrame(Frame& frame, bool given) {
       odometry.update({});
       frame.skip_reason = frame.image_doubtful
                               ? "edges of its depth are not seen in its colour image, which may "
-                                "not be registered to it, and depth alone does not tell where it is"
+                                "not be registered to it (key_features.registered=true says it "
+                                "is), and depth alone does not tell where it is"
                               : locator_->doubt();
       return;
     }

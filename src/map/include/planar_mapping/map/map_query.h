@@ -34,6 +34,10 @@ PLANAR_MAPPING_EXPORT std::optional<RayHit> castRay(
     const PlanarMap& map, const Vector3& origin, const Vector3& direction, double range,
     UnknownSpaceIs unknown = UnknownSpaceIs::AnObstacle);
 
+/// State of what such a ray first meets, Free if all that it passes within \p range was seen free.
+PLANAR_MAPPING_EXPORT CellState stateAlong(const PlanarMap& map, const Vector3& origin,
+                                           const Vector3& direction, double range);
+
 /// State of an axis-aligned box.
 struct BoxState {
   CellState state =
