@@ -96,6 +96,23 @@ stages:
   return yaml;
 }
 
+/// Keys beside the stages, and what they mean.
+constexpr std::pair<const char*, const char*> kTopKeys[] = {
+    {"version", "of this format: 1; required"},
+    {"profile", "`compact` (default) or `paper`: nothing beyond the paper"},
+    {"seed", "of everything random, 0 to 9007199254740991, default 12345"},
+    {"threads", "0 = all cores, default 1; never changes the result"},
+    {"inputs", "files or folders, relative to the configuration file"},
+    {"poses", "trajectory in TUM or KITTI format, relative to the configuration file"},
+    {"calibration",
+     "a calib.yaml in place of that of the input, relative to the configuration file"},
+    {"frames", "`\"first:last:step\"`, default all"},
+    {"plugins",
+     "shared libraries with stages: absolute paths, or names of files beside the configuration "
+     "file; `run` alone loads them"},
+    {"stages", "what is done with each frame, in order; required"},
+};
+
 /// docs/parameters.md.
 std::string referencePage(const StageTable& table) {
   std::string page = R"(# Parameters
@@ -108,17 +125,10 @@ does not make are marked [ours]. Start with the keys above *Advanced*; [tuning](
 
 | key | meaning |
 |---|---|
-| `version` | of this format: 1; required |
-| `profile` | `compact` (default) or `paper`: nothing beyond the paper |
-| `seed` | of everything random, 0 to 9007199254740991, default 12345 |
-| `threads` | 0 = all cores, default 1; never changes the result |
-| `inputs` | files or folders, relative to the configuration file |
-| `poses` | trajectory in TUM or KITTI format, relative to the configuration file |
-| `calibration` | a calib.yaml in place of that of the input, relative to the configuration file |
-| `frames` | `"first:last:step"`, default all |
-| `plugins` | shared libraries with stages: absolute paths, or names of files beside the configuration file; `run` alone loads them |
-| `stages` | what is done with each frame, in order; required |
-
+)";
+  for (const auto& [key, meaning] : kTopKeys)
+    page += std::string("| `") + key + "` | " + meaning + " |\n";
+  page += R"(
 Every stage has the key `enabled` (true or false, default true) beside its own: `false` leaves it out.
 
 ## Profile `paper`
@@ -159,6 +169,8 @@ noise, rounded to 1, 2 or 5 times a power of ten; it has the unit of the file, s
 /// \p key is "stage.key", or a key that may occur in several stages.
 std::string explain(const StageTable& table, const std::string& key) {
   std::string text;
+  for (const auto& [name, meaning] : kTopKeys)
+    if (key == name) text = key + "\n    " + meaning + "\n";
   const std::size_t dot = key.find('.');
   const std::string stage = dot == std::string::npos ? "" : key.substr(0, dot);
   const std::string name = dot == std::string::npos ? key : key.substr(dot + 1);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <csignal>
+#include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <memory>
@@ -32,6 +33,17 @@ std::string formatTable() {
     text += "  " + name + format.readers + '\n';
   }
   return text;
+}
+
+/// Says which options are of other formats.
+void noteUnusedOptions(const CLI::App& command, const std::string& extension) {
+  const std::pair<const char*, std::string> kFormats[] = {
+      {"--cell", ".bt .ot .pgm"}, {"--band", ".pgm"},    {"--ground", ".pgm"},
+      {"--surface", ".pcd"},      {"--spacing", ".pcd"}, {"--frame-id", ".json .csv .urdf .pgm"}};
+  for (const auto& [option, formats] : kFormats) {
+    if (command.count(option) > 0 && (formats + " ").find(extension + " ") == std::string::npos)
+      std::cerr << "planar_map: " << option << " is ignored: it is of " << formats << '\n';
+  }
 }
 
 void convert(Arguments arguments) {
@@ -74,8 +86,9 @@ void addConvertCommand(CLI::App& app, int&) {
                     "Unknown space as boxes too (pmap, json, bt, ot, pgm: always told)");
   command->add_flag("--finished", arguments->finished,
                     "Leave out what only further frames need (pmap: far fewer bytes)");
-  command->add_option("--cell", options.cell,
-                      "bt, ot, pgm: side of a cell, m [the map's resolution]");
+  command
+      ->add_option("--cell", options.cell, "bt, ot, pgm: side of a cell, m [the map's resolution]")
+      ->check(CLI::PositiveNumber);
   command->add_option("--band", arguments->band,
                       "pgm: heights over the ground that count, m: LOW,HIGH [0.15,1.8]");
   command
@@ -86,14 +99,19 @@ void addConvertCommand(CLI::App& app, int&) {
       });
   command->add_flag("--surface", arguments->surface,
                     "pcd: points on the faces instead of the centres of cuboids");
-  command->add_option("--spacing", options.spacing,
-                      "pcd: between points on a face, m [half the map's resolution]");
+  command
+      ->add_option("--spacing", options.spacing,
+                   "pcd: between points on a face, m [half the map's resolution]")
+      ->check(CLI::PositiveNumber);
   command
       ->add_option("--frame-id", options.frame_id, "json, csv, urdf, pgm: name of the map's frame")
       ->capture_default_str();
   command->add_flag("--force", arguments->force, "Overwrite files that exist");
   command->footer(formatTable());
-  command->callback([arguments]() { convert(*arguments); });
+  command->callback([arguments, command]() {
+    noteUnusedOptions(*command, std::filesystem::path(arguments->output).extension().string());
+    convert(*arguments);
+  });
 }
 
 }  // namespace planar_mapping::tools

@@ -110,7 +110,9 @@ Json infoOf(const std::string& path) {
   } catch (const Error&) {
     const fs::path ending = fs::path(path).extension();
     if (ending == ".pcd" || ending == ".ply" || ending == ".bin") return cloudInfo(path);
-    throw;
+    if (ending == ".pmap" || !fs::exists(path, ignored)) throw;
+    throw IoError(path,
+                  "is neither a map (.pmap) nor a cloud (PCD, PLY, KITTI) nor a sequence folder");
   }
 }
 

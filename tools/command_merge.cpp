@@ -85,6 +85,10 @@ struct PlacedMap {
 
 /// The same map in whatever order the files are named.
 void merge(const Arguments& arguments) {
+  const std::filesystem::path output = arguments.output;
+  if (output.has_extension() && output.extension() != ".pmap")
+    throw UsageError(arguments.output +
+                     ": a map is written as *.pmap; planar_map convert has other formats");
   requireNew(arguments.output, arguments.force);
   const std::vector<Pose> poses = posesOf(arguments);
   std::vector<PlacedMap> maps;

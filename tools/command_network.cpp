@@ -92,11 +92,12 @@ int run(const FrontendArguments& arguments) {
       [&arguments](const std::string& yaml) { return makeFrontEndSource(yaml, arguments); },
       options);
   if (result.interrupted) {
-    std::cerr << "planar_map: interrupted after " << result.frames_sent << " frames\n";
+    std::cerr << "planar_map: interrupted after " << countOf(result.frames_sent, "frame") << "\n";
     return kInterrupted;
   }
   if (!arguments.quiet)
-    std::cout << result.frames_sent << " frames sent, " << result.bytes_sent << " bytes\n";
+    std::cout << countOf(result.frames_sent, "frame") << " sent, " << result.bytes_sent
+              << " bytes\n";
   return kDone;
 }
 

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -80,8 +81,8 @@ Json answerRay(const PlanarMap& map, const std::string& text, const Arguments& a
 }
 
 /// A line a point, x,y,z,state,probability, or how many there are of each state.
-void answerCloud(const PlanarMap& map, const Arguments& arguments, Json& answers) {
-  const io::CloudData cloud = io::readCloudFile(arguments.cloud, io::CloudChannels::none());
+void answerCloud(const PlanarMap& map, const io::CloudData& cloud, const Arguments& arguments,
+                 Json& answers) {
   const PointsView points = cloud.view();
   std::array<std::size_t, 3> count{};
   if (!arguments.json) std::cout << "x,y,z,state,probability\n";
@@ -98,16 +99,17 @@ void answerCloud(const PlanarMap& map, const Arguments& arguments, Json& answers
   answers["cloud"] = {{"free", count[0]}, {"occupied", count[1]}, {"unknown", count[2]}};
 }
 
-void printLine(const std::string& kind, const std::string& question, const Json& answer) {
-  std::cout << kind << ' ' << question << ": " << answer["state"].get<std::string>();
-  if (answer.contains("probability")) std::cout << ", probability " << answer["probability"];
-  if (answer.contains("distance_m")) std::cout << ", after " << answer["distance_m"] << " m";
+void printLine(std::ostream& out, const std::string& kind, const std::string& question,
+               const Json& answer) {
+  out << kind << ' ' << question << ": " << answer["state"].get<std::string>();
+  if (answer.contains("probability")) out << ", probability " << answer["probability"];
+  if (answer.contains("distance_m")) out << ", after " << answer["distance_m"] << " m";
   for (const char* list : {"cuboids", "planes"}) {
     if (!answer.contains(list) || answer[list].empty()) continue;
-    std::cout << ", " << list;
-    for (const Json& number : answer[list]) std::cout << ' ' << number;
+    out << ", " << list;
+    for (const Json& number : answer[list]) out << ' ' << number;
   }
-  std::cout << '\n';
+  out << '\n';
 }
 
 void answer(const Arguments& arguments) {
@@ -116,15 +118,20 @@ void answer(const Arguments& arguments) {
     throw UsageError("query needs a question: --point, --box, --ray or --points");
   }
   const PlanarMap map = io::loadMap(arguments.map);
+  io::CloudData cloud;
+  if (!arguments.cloud.empty())
+    cloud = io::readCloudFile(arguments.cloud, io::CloudChannels::none());
   Json answers;
+  std::ostringstream lines;  // printed when all questions are known to be sound
   const auto note = [&](const char* kind, const std::string& question, const Json& found) {
-    if (!arguments.json) return printLine(kind, question, found);
+    if (!arguments.json) return printLine(lines, kind, question, found);
     answers[kind].push_back(found);
   };
   for (const std::string& text : arguments.points) note("point", text, answerPoint(map, text));
   for (const std::string& text : arguments.boxes) note("box", text, answerBox(map, text));
   for (const std::string& text : arguments.rays) note("ray", text, answerRay(map, text, arguments));
-  if (!arguments.cloud.empty()) answerCloud(map, arguments, answers);
+  std::cout << lines.str();
+  if (!arguments.cloud.empty()) answerCloud(map, cloud, arguments, answers);
   if (arguments.json) std::cout << answers.dump(2) << '\n';
 }
 

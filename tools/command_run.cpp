@@ -200,10 +200,10 @@ void printSummary(const RunResult& result) {
   const auto metrics = nlohmann::json::parse(result.metrics_json);
   const std::size_t frames = metrics["frames"], left_out = metrics["frames_skipped"];
   if (left_out > 0) std::cout << frames - left_out << " of ";
-  std::cout << frames << " frames, " << metrics["points"]["valid"] << " points -> "
-            << metrics["planes"] << " planes, " << metrics["cuboids"]["total"] << " cuboids ("
-            << metrics["standard_cells"] << " cells of a standard grid of "
-            << metrics["resolution_m"] << " m)\n";
+  std::cout << countOf(frames, "frame") << ", " << metrics["points"]["valid"] << " points -> "
+            << countOf(metrics["planes"], "plane") << ", "
+            << countOf(metrics["cuboids"]["total"], "cuboid") << " (" << metrics["standard_cells"]
+            << " cells of a standard grid of " << metrics["resolution_m"] << " m)\n";
   if (metrics["cluttered_regions"] > 0)
     std::cout << metrics["cluttered_regions"]
               << " regions are so cluttered that boxes cover them without a search for fewer\n";

@@ -14,12 +14,14 @@
 namespace planar_mapping::tools {
 namespace {
 
-enum class Content { Clouds, Images, Both };
+const std::map<std::string, evaluation::Path> kPaths = {{"forward", evaluation::Path::Forward},
+                                                        {"return", evaluation::Path::Return},
+                                                        {"standing", evaluation::Path::Standing}};
 
 struct SimulateArguments {
   evaluation::SimulationParams params;
   std::string directory;
-  Content content = Content::Clouds;
+  std::string content = "clouds", path = "forward";
   double yaw_deg = 0.0;
   bool perfect = false;
   bool force = false;
@@ -37,25 +39,19 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("-o,--output", arguments.directory, "Directory the sequence is written to")
       ->required();
   command.option_defaults()->always_capture_default();
-  static const std::map<std::string, Content> kContents = {
-      {"clouds", Content::Clouds}, {"images", Content::Images}, {"both", Content::Both}};
   command
       .add_option(
           "--write", arguments.content,
           "clouds: measured clouds; images: rectified pairs with the truth of their pixels; "
           "both: images, and the clouds in DIR/measured")
-      ->transform(CLI::CheckedTransformer(kContents, CLI::ignore_case).description(""))
+      ->transform(CLI::IsMember({"clouds", "images", "both"}, CLI::ignore_case))
       ->option_text("clouds|images|both [clouds]");
   command.add_option("--frames", params.frames, "Frames along the path, >= 1");
-  static const std::map<std::string, evaluation::Path> kPaths = {
-      {"forward", evaluation::Path::Forward},
-      {"return", evaluation::Path::Return},
-      {"standing", evaluation::Path::Standing}};
   command
-      .add_option("--path", params.path,
+      .add_option("--path", arguments.path,
                   "forward: once through the scene; return: there and back (room: two rounds); "
                   "standing: all frames from the first place")
-      ->transform(CLI::CheckedTransformer(kPaths, CLI::ignore_case).description(""))
+      ->transform(CLI::IsMember(kPaths, CLI::ignore_case))
       ->option_text("forward|return|standing [forward]");
   command.add_option("--step", params.step,
                      "Metres between frames, >= 0; 0 = the frames are spread over the whole path");
@@ -65,7 +61,8 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
                    "Adds a person who leaves and, in the corridor, a door that opens");
   command.add_option("--seed", params.seed, "Seed of the noise, and of the layout of white")
       ->check(CLI::Range(std::int64_t{0}, RunSettings::kLargestSeed));
-  command.add_option("--yaw-deg", arguments.yaw_deg, "Turns the whole world about z, degrees");
+  addChecked(command, "--yaw-deg", arguments.yaw_deg, numberIn(-3600.0, 3600.0),
+             "Turns the whole world about z, degrees");
   command.add_option("--width", params.width, "Image width, pixels, 8 to 8192");
   command.add_option("--height", params.height, "Image height, pixels, 8 to 8192");
   command.add_option("--focal-length", params.focal_length,
@@ -73,10 +70,10 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--baseline", params.sensor.baseline, "Stereo baseline, metres, > 0");
   command.add_option("--noise-px", params.sensor.noise_px,
                      "Standard deviation of the disparity, pixels, >= 0");
-  command.add_option("--wrong-matches", params.sensor.wrong_fraction,
-                     "Fraction of the measured pixels with a random disparity instead, 0 to 1");
-  command.add_option("--plain-share", params.plain_fraction,
-                     "Fraction of all surface that has no texture, in patches, 0 to 1");
+  addChecked(command, "--wrong-matches", params.sensor.wrong_fraction, numberIn(0.0, 1.0),
+             "Fraction of the measured pixels with a random disparity instead");
+  addChecked(command, "--plain-share", params.plain_fraction, numberIn(0.0, 1.0),
+             "Fraction of all surface that has no texture, in patches");
   command.add_option("--image-noise", params.image_noise,
                      "Standard deviation of the images' pixels, gray levels of 255");
   command.add_option("--right-exposure", params.right_exposure,
@@ -99,9 +96,9 @@ void simulate(const SimulateArguments& arguments) {
     evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
   });
   if (!arguments.quiet)
-    std::cout << arguments.directory << ": " << simulation.size() << " frames of " << params.width
-              << " x " << params.height << ", " << simulation.scene().objects.size() << " objects, "
-              << simulation.planes().size() << " planes\n";
+    std::cout << arguments.directory << ": " << countOf(simulation.size(), "frame") << " of "
+              << params.width << " x " << params.height << ", " << simulation.scene().objects.size()
+              << " objects, " << simulation.planes().size() << " planes\n";
 }
 
 }  // namespace
@@ -115,8 +112,9 @@ void addSimulateCommand(CLI::App& app, int&) {
   command->callback([arguments]() {
     evaluation::SimulationParams& params = arguments->params;
     params.yaw = arguments->yaw_deg * kRadiansPerDegree;
-    params.clouds = arguments->content != Content::Images;
-    params.images = arguments->content != Content::Clouds;
+    params.path = kPaths.at(arguments->path);
+    params.clouds = arguments->content != "images";
+    params.images = arguments->content != "clouds";
     if (arguments->perfect) {
       const double baseline = params.sensor.baseline;
       params.sensor = evaluation::StereoSensorParams::perfect();

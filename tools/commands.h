@@ -104,6 +104,11 @@ CLI::Option* addChecked(CLI::App& command, const char* names, Value& value,
   return command.add_option(names, value, text)->capture_default_str()->check(check);
 }
 
+/// "1 plane", "2 planes".
+inline std::string countOf(std::size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
 /// Exactly N finite numbers with commas between them. \throws UsageError naming the option
 template <std::size_t N>
 std::array<double, N> numbersOf(const std::string& option, const std::string& text) {
@@ -111,6 +116,7 @@ std::array<double, N> numbersOf(const std::string& option, const std::string& te
   const char* at = text.data();
   const char* const end = at + text.size();
   for (std::size_t i = 0; i < N; ++i) {
+    while (at != end && *at == ' ') ++at;
     const std::from_chars_result read = std::from_chars(at, end, numbers[i]);
     const bool last = i + 1 == N;
     if (read.ec != std::errc() || !std::isfinite(numbers[i]) ||

@@ -40,6 +40,9 @@ class ConfigError(Error, ValueError):
 class IoError(Error, OSError):
     """A file that cannot be read or written."""
 
+class MissingFileError(IoError, FileNotFoundError):
+    """There is no such file, or no such directory to write to."""
+
 class OutputExistsError(IoError, FileExistsError):
     """run() found earlier results, and neither overwrite nor resume was given."""
 

@@ -95,6 +95,7 @@ Pose poseOf(const py::object& argument, const std::string& name) {
   if (matrix.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0))
     throw InputError(name + " is no rigid motion: its last row is not 0 0 0 1");
   pose.matrix().topRows<3>() = matrix.topRows<3>();
+  requireRigid(name.c_str(), pose);
   return pose;
 }
 

@@ -163,8 +163,8 @@ void addClouds(py::module_& module) {
       .def("inliers", &inliersOf, "plane"_a)
       .def("__len__", [](const Segmentation& self) { return self.planes.size(); })
       .def("__repr__", [](const Segmentation& self) {
-        return "<Segmentation of " + std::to_string(self.points) +
-               " points: " + std::to_string(self.planes.size()) + " planes>";
+        return "<Segmentation of " + countOf(self.points, "point") + ": " +
+               countOf(self.planes.size(), "plane") + ">";
       });
   module.def("segment", &segment, "xyz"_a, py::kw_only(), "distance_threshold"_a = 0.05,
              "min_inliers"_a = 100, "max_planes"_a = 0, "method"_a = "automatic",

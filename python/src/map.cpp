@@ -289,9 +289,9 @@ auto rows() {
 
 std::string textOf(const SharedMap& self) {
   return self.read([](const PlanarMap& map) {
-    return "<PlanarMap of " + std::to_string(map.frames()) +
-           " frames: " + std::to_string(map.planes().size()) + " planes, " +
-           std::to_string(map.cuboidCount()) + " cuboids>";
+    return "<PlanarMap of " + countOf(map.frames(), "frame") + ": " +
+           countOf(map.planes().size(), "plane") + ", " + countOf(map.cuboidCount(), "cuboid") +
+           ">";
   });
 }
 
@@ -305,7 +305,13 @@ void addMap(py::module_& module) {
       .def_readonly("planes_merged", &FrameUpdate::planes_merged)
       .def_readonly("cells_added", &FrameUpdate::cells_added)
       .def_readonly("cells_removed", &FrameUpdate::cells_removed)
-      .def_readonly("dropped_points", &FrameUpdate::dropped_points);
+      .def_readonly("dropped_points", &FrameUpdate::dropped_points)
+      .def("__repr__", [](const FrameUpdate& self) {
+        return "<FrameUpdate: planes_new=" + std::to_string(self.planes_new) +
+               " planes_matched=" + std::to_string(self.planes_matched) +
+               " cells_added=" + std::to_string(self.cells_added) +
+               " cells_removed=" + std::to_string(self.cells_removed) + ">";
+      });
   py::class_<SharedMap>(module, "PlanarMap", "A map of planar cuboids; world frame, z up, metres.")
       .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
            "max_range"_a = 0.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
@@ -314,6 +320,9 @@ void addMap(py::module_& module) {
       .def(
           "save",
           [](const SharedMap& self, const std::filesystem::path& path, bool overwrite) {
+            if (path.has_extension() && path.extension() != ".pmap")
+              throw ParameterError(path.string() +
+                                   ": a map is saved as *.pmap; export() has other formats");
             self.read([&](const PlanarMap& map) {
               io::saveMap(map, path.string(), overwriteOf(overwrite));
             });

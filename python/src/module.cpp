@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pybind11/stl.h>
 
+#include <filesystem>
 #include <string>
 
 #include "arrays.h"
@@ -18,6 +19,7 @@ PyObject* input_error = nullptr;
 PyObject* parameter_error = nullptr;
 PyObject* config_error = nullptr;
 PyObject* io_error = nullptr;
+PyObject* missing_file_error = nullptr;
 
 PyObject* addType(py::module_& module, const char* name, const char* meaning, PyObject* base,
                   PyObject* builtin) {
@@ -43,7 +45,10 @@ void translate(std::exception_ptr thrown) {
   } catch (const ParameterError& error) {
     PyErr_SetString(parameter_error, error.what());
   } catch (const IoError& error) {
-    PyErr_SetString(io_error, error.what());
+    std::error_code ignored;
+    const auto type = std::filesystem::status(error.path(), ignored).type();
+    PyErr_SetString(type == std::filesystem::file_type::not_found ? missing_file_error : io_error,
+                    error.what());
   } catch (const Error& error) {
     PyErr_SetString(error_type, error.what());
   }
@@ -62,6 +67,8 @@ void addErrors(py::module_& module) {
                          error_type, PyExc_ValueError);
   io_error = addType(module, "IoError", "A file that cannot be read or written.", error_type,
                      PyExc_OSError);
+  missing_file_error = addType(module, "MissingFileError", "There is no such file.", io_error,
+                               PyExc_FileNotFoundError);
   addType(module, "OutputExistsError", "There are results already.", io_error,
           PyExc_FileExistsError);
   py::register_exception_translator(&translate);

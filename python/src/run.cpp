@@ -31,14 +31,23 @@ std::vector<std::string> pathsOf(const py::object& paths) {
   return list;
 }
 
-/// "stage.key=value" as YAML has them.
+/// As YAML has it: sequences, also those of NumPy, in brackets.
+std::string yamlOf(py::object value) {
+  if (py::hasattr(value, "tolist")) value = value.attr("tolist")();
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
+  if (py::isinstance<py::str>(value) || !py::isinstance<py::sequence>(value)) return py::str(value);
+  std::string list;
+  for (const py::handle item : value)
+    list += (list.empty() ? "" : ", ") + yamlOf(py::reinterpret_borrow<py::object>(item));
+  return "[" + list + "]";
+}
+
+/// "stage.key=value".
 std::vector<std::string> assignmentsOf(const py::dict& settings) {
   std::vector<std::string> assignments;
-  for (const auto& [key, value] : settings) {
-    std::string text = py::str(value);
-    if (py::isinstance<py::bool_>(value)) text = value.cast<bool>() ? "true" : "false";
-    assignments.push_back(std::string(py::str(key)) + "=" + text);
-  }
+  for (const auto& [key, value] : settings)
+    assignments.push_back(std::string(py::str(key)) + "=" +
+                          yamlOf(py::reinterpret_borrow<py::object>(value)));
   return assignments;
 }
 
@@ -54,7 +63,15 @@ py::object run(const Path& config, const py::object& inputs, const Path& out,
   overrides.profile = profile;
   StageTable table;
   registerBuiltinStages(table);
-  Configuration configuration = loadConfiguration(config.string(), table, overrides);
+  Configuration configuration;
+  try {
+    configuration = loadConfiguration(config.string(), table, overrides);
+  } catch (const ConfigError& error) {
+    std::vector<std::string> problems = error.problems();
+    for (std::string& problem : problems)
+      if (problem.compare(0, 6, "--set ") == 0) problem.replace(0, 6, "settings: ");
+    throw ConfigError(problems);
+  }
   configuration.inputs = pathsOf(inputs);
   configuration.poses = poses.value_or(Path()).string();
   if (frames) configuration.frames = parseFrameSelection(*frames);

@@ -25,6 +25,7 @@ class BadConfiguration : public CliTest {
 
 TEST_F(BadConfiguration, TextThatTheParserDoesNotEndOnEndsAtOnce) {
   expectProblems(",", {"1:1: the configuration is empty; it starts with 'version: 1'"});
+  expectProblems(std::string("\0\1", 2), {"1:1: this is no text in UTF-8; save it as such"});
   const std::string path = write("bad.yaml", "version: 1\n---\n,");
   const ProgramResult second = expectExit(3, planarMap({"validate", path}));
   EXPECT_NE(std::string::npos, second.err.find("a configuration is one YAML document"));
@@ -128,6 +129,12 @@ TEST_F(BadConfiguration, SetIsCheckedLikeTheFile) {
       {"multi_plane_segmentation.min_inliers=2",
        "--set multi_plane_segmentation.min_inliers=2: min_inliers = 2 is out of range; allowed: an "
        "integer >= 3, or auto; default auto\n"},
+      {"planar_cuboid_approximation.up=[0, 1]",
+       "--set planar_cuboid_approximation.up=[0, 1]: up must be three numbers [x, y, z], not a "
+       "list of 2; allowed: three numbers [x, y, z], not all zero, or auto; default auto\n"},
+      {"planar_cuboid_approximation.up=[0, 0, 0]",
+       "--set planar_cuboid_approximation.up=[0, 0, 0]: up = [0, 0, 0] is out of range; allowed: "
+       "three numbers [x, y, z], not all zero, or auto; default auto\n"},
       {"voxel_grid.leaf_size_m=1",
        "--set voxel_grid.leaf_size_m=1: there is no stage 'voxel_grid' "
        "in " +

@@ -52,6 +52,8 @@ TEST_F(Commands, ExplainShowsUnitRangeDefaultAndMeaning) {
       0, planarMap({"config", "--explain", "multi_plane_segmentation.distance_threshold_m"}));
   for (const char* part : {"d_T", "> 0 m", "0.05 m"})
     EXPECT_NE(std::string::npos, result.out.find(part)) << result.out;
+  const ProgramResult seed = expectExit(0, planarMap({"config", "--explain", "seed"}));
+  EXPECT_NE(std::string::npos, seed.out.find("default 12345")) << seed.out;
   EXPECT_EQ(2, planarMap({"config", "--explain", "nonsense"}).exit_code);
   EXPECT_EQ(2, planarMap({"config"}).exit_code);
 }
@@ -97,6 +99,11 @@ TEST_F(Commands, InfoOfACloud) {
   EXPECT_EQ("pcd", info["type"]);
   EXPECT_EQ(20000, info["points"]);
   EXPECT_NEAR(1.0, info["bounds_m"]["low"][0].get<double>(), 0.1);
+}
+
+TEST_F(Commands, InfoSaysWhatItKnows) {
+  expectExit(4, planarMap({"info", write("a.yaml", "version: 1\n")}), "a.yaml: is neither a map");
+  expectExit(4, planarMap({"info", directory_ / "none"}), "none: no such file");
 }
 
 TEST_F(Commands, InfoOfAMapAgreesWithTheRun) {
@@ -201,18 +208,22 @@ TEST_F(Commands, HelpHasExamplesThatParse) {
 
 TEST_F(Commands, UsageErrorsAreCodeTwo) {
   const std::string yaml = config("single_pcd.yaml");
-  const std::vector<std::vector<std::string>> wrong = {{"run"},
-                                                       {"run", yaml, "--nonsense"},
-                                                       {"run", yaml, "-j", "-1"},
-                                                       {"run", yaml, "--checkpoint", "nan"},
-                                                       {"run", yaml, "--seed", "1e23"},
-                                                       {"simulate", "room", "--seed", "-1"},
-                                                       {"simulate", "room", "--seed", "1e23"},
-                                                       {"run", "--watch", ".", "--idle", "nan"},
-                                                       {"nonsense"},
-                                                       {"run", yaml, "--profile", "papr"},
-                                                       {"run", yaml, "--progress", "maybe"},
-                                                       {"run", yaml, "--force", "--resume"}};
+  const std::vector<std::vector<std::string>> wrong = {
+      {"run"},
+      {"run", yaml, "--nonsense"},
+      {"run", yaml, "-j", "-1"},
+      {"run", yaml, "--checkpoint", "nan"},
+      {"run", yaml, "--seed", "1e23"},
+      {"simulate", "room", "--seed", "-1"},
+      {"simulate", "room", "--seed", "1e23"},
+      {"simulate", "room", "-o", "x", "--write", "0"},
+      {"simulate", "room", "-o", "x", "--path", "1"},
+      {"simulate", "room", "-o", "x", "--yaw-deg", "1e9"},
+      {"run", "--watch", ".", "--idle", "nan"},
+      {"nonsense"},
+      {"run", yaml, "--profile", "papr"},
+      {"run", yaml, "--progress", "maybe"},
+      {"run", yaml, "--force", "--resume"}};
   for (const auto& arguments : wrong) {
     const ProgramResult result = planarMap(arguments);
     EXPECT_EQ(2, result.exit_code) << arguments.back();

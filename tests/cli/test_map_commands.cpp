@@ -61,8 +61,8 @@ TEST_F(MapCommands, QueryTellsStatesOfPointsBoxesAndRays) {
 }
 
 TEST_F(MapCommands, QueryTakesNegativeNumbersAndAnswersInLines) {
-  const ProgramResult result = expectExit(0, planarMap({"query", map(), "--point", "-3,-3,-3"}));
-  EXPECT_EQ(result.out, "point -3,-3,-3: unknown, probability 0.5\n");
+  const ProgramResult result = expectExit(0, planarMap({"query", map(), "--point", "-3, -3, -3"}));
+  EXPECT_EQ(result.out, "point -3, -3, -3: unknown, probability 0.5\n");
 }
 
 TEST_F(MapCommands, QueryAnswersForEachPointOfACloud) {
@@ -85,6 +85,7 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
                                                    {"--box", "0,0,0,inf,1,1"},
                                                    {"--box", "1,1,1,0,0,0"},
                                                    {"--ray", "0,0,0,0,0,0"},
+                                                   {"--point", "1,2,3", "--box", "1,1,1,0,0,0"},
                                                    {"--ray", "0,0,0,1,0,0", "--range", "-1"}}) {
     const ProgramResult result = expectExit(2, planarMap(joined({"query", file}, question)));
     EXPECT_EQ(result.out, "");
@@ -134,10 +135,14 @@ TEST_F(MapCommands, ConvertTakesItsOptions) {
       planarMap({"convert", file, directory_ / "s.pcd", "--surface", "--spacing", "0.1"}).exit_code,
       0);
   EXPECT_GT(read("s.pcd").size(), 2 * read("c.pcd").size());
+  expectExit(0, planarMap({"convert", file, directory_ / "c.ply", "--cell", "0.5"}),
+             "--cell is ignored");
   for (const std::vector<std::string>& wrong : {std::vector<std::string>{"--band", "1,0"},
                                                 {"--band", "1"},
                                                 {"--cell", "-1"},
                                                 {"--cell", "nan"},
+                                                {"--cell", "0"},
+                                                {"--spacing", "0"},
                                                 {"--frame-id", "a b"}}) {
     EXPECT_EQ(planarMap(joined({"convert", file, directory_ / "x.pgm"}, wrong)).exit_code, 2)
         << wrong[0] << wrong[1];
@@ -272,6 +277,7 @@ TEST_F(MapCommands, MergeMakesOneMapOfSeveral) {
   EXPECT_EQ(info["planes"], one["planes"]);
   EXPECT_EQ(planarMap({"compare", first, merged, "--threshold", "0.2"}).exit_code, 0);
   EXPECT_EQ(planarMap({"merge", first, second, "-o", merged}).exit_code, 2);
+  expectExit(2, planarMap({"merge", first, second, "-o", directory_ / "m.txt"}), "*.pmap");
   EXPECT_EQ(planarMap({"merge", first, second, "-o", merged, "--force"}).exit_code, 0);
 }
 

@@ -33,7 +33,7 @@ def turned(value):
     (lambda m: m.insert(CLOUD, np.eye(3)), pm.InputError, r"T must be a matrix of shape \(4, 4\), not \(3, 3\)"),
     (lambda m: m.insert(CLOUD, np.ones((4, 4))), pm.InputError, "last row"),
     (lambda m: m.insert(CLOUD, turned(2.0)), pm.InputError, "not orthonormal"),
-    (lambda m: m.insert(CLOUD, turned(np.nan)), pm.InputError, "not finite"),
+    (lambda m: m.insert(CLOUD, turned(np.nan)), pm.InputError, "^T is not finite"),
     (lambda m: m.insert(CLOUD, K=K), pm.InputError, "organized"),
     (lambda m: m.insert(CLOUD, planes=pm.segment(CLOUD[:5])), pm.InputError, "of 5 points, this one has 10"),
     (lambda m: m.insert(CLOUD, planes="wall"), TypeError, "incompatible function arguments"),
@@ -51,7 +51,8 @@ def turned(value):
     (lambda m: m.insert_depth(IMAGE, K, max_depth=np.nan), pm.ParameterError, "max_depth"),
     (lambda m: m.export("map.nix"), pm.ParameterError, "extension"),
     (lambda m: m.save("/nowhere/map.pmap"), pm.IoError, "/nowhere/"),
-    (lambda m: pm.PlanarMap.load("nowhere.pmap"), pm.IoError, "nowhere.pmap: no such file"),
+    (lambda m: m.save("map.txt"), pm.ParameterError, r"saved as \*.pmap"),
+    (lambda m: pm.PlanarMap.load("nowhere.pmap"), FileNotFoundError, "nowhere.pmap: no such file"),
     (lambda m: pm.PlanarMap(-1.0), pm.ParameterError, "resolution = -1 m"),
     (lambda m: pm.PlanarMap(np.nan), pm.ParameterError, "resolution"),
     (lambda m: pm.PlanarMap(profile="large"), pm.InputError, "must be one of compact, paper"),
@@ -74,6 +75,7 @@ def test_mistakes_get_a_sentence_and_change_nothing(call, error, message):
 def test_errors_are_those_python_knows():
     assert issubclass(pm.InputError, ValueError) and issubclass(pm.ParameterError, ValueError)
     assert issubclass(pm.IoError, OSError) and issubclass(pm.OutputExistsError, FileExistsError)
+    assert issubclass(pm.MissingFileError, FileNotFoundError) and issubclass(pm.MissingFileError, pm.IoError)
     assert issubclass(pm.ConfigError, ValueError) and issubclass(pm.OutputExistsError, pm.IoError)
     for name in ["InputError", "ParameterError", "IoError", "ConfigError", "OutputExistsError"]:
         assert issubclass(getattr(pm, name), pm.Error) and getattr(pm, name).__module__ == "planar_mapping"
@@ -89,6 +91,7 @@ def test_points_without_a_measurement_are_left_out():
     assert pm.segment(cloud).labels[0, 0] == -1
     assert made.insert(np.full((10, 3), np.nan)).dropped_points == 10
     assert made.insert(np.empty((0, 3))).cells_added == 0
+    assert "cells_added=0" in repr(made.insert(np.empty((0, 3))))
 
 
 def test_what_is_too_far_away_is_not_lost_in_silence():

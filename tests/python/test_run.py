@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from conftest import planar_map
 
@@ -20,7 +21,7 @@ def test_run_is_the_program(sequence, tmp_path):
     assert (tmp_path / "ours/map.pmap").read_bytes() == (tmp_path / "theirs/map.pmap").read_bytes()
     assert metrics["frames"] == 3 and [entry[:2] for entry in seen] == [(1, 3), (2, 3), (3, 3)]
     assert len(pm.PlanarMap.load(tmp_path / "ours/map.pmap")) == metrics["cuboids"]["total"]
-    with pytest.raises(pm.OutputExistsError):
+    with pytest.raises(pm.OutputExistsError, match="overwrite=True"):
         pm.run("pcd_sequence.yaml", sequence, tmp_path / "ours")
     clouds = sorted((sequence / "clouds").iterdir())
     again = pm.run("pcd_sequence.yaml", clouds, str(tmp_path / "ours"), frames="0:2", overwrite=True)
@@ -35,6 +36,12 @@ def test_bad_configurations_list_their_problems(sequence, tmp_path):
     assert len(caught.value.problems) == 2 and "did you mean 'distance_threshold_m'" in caught.value.problems[0]
     with pytest.raises(pm.ConfigError, match="ready: .*single_pcd.yaml"):
         pm.run("no_such.yaml", sequence, tmp_path / "out")
+    up = "planar_cuboid_approximation.up"
+    with pytest.raises(pm.ConfigError, match=r"^settings: .*up=\[0.0, 1.0\]: .* not a list of 2"):
+        pm.run("single_pcd.yaml", sequence, tmp_path / "out", settings={up: np.array([0.0, 1.0])})
+    for vector in [np.array([0.0, 0.0, 1.0]), (0, 0, 1)]:  # the configuration is read before the input
+        with pytest.raises(pm.MissingFileError):
+            pm.run("single_pcd.yaml", "nowhere.pcd", tmp_path / "out", settings={up: vector})
     with pytest.raises(pm.IoError, match="nowhere.pcd"):
         pm.run("single_pcd.yaml", "nowhere.pcd", tmp_path / "out")
     with pytest.raises(TypeError):

@@ -74,10 +74,11 @@ TEST_F(ViewerProgram, TakesEveryOption) {
 
 TEST_F(ViewerProgram, RefusesBadUsage) {
   const std::string cloud = path("cloud.pcd") + " -o " + path("a.png");
-  for (const char* bad : {"--size 10x10", "--size huge", "--camera isometric", "--color heigth",
-                          "--show edges,walls", "--zoom 0", "--zoom nan", "--background octarine",
-                          "--camera-position 1,2", "--camera-position 1,2,x", "--no-such-option",
-                          "--threshold 2", "--up 0,0,nan", "--point-size 99", "--cutaway some"}) {
+  for (const char* bad :
+       {"--size 10x10", "--size huge", "--camera isometric", "--color heigth", "--show edges,walls",
+        "--zoom 0", "--zoom nan", "--background octarine", "--camera-position 1,2",
+        "--camera-position 1,2,x", "--no-such-option", "--threshold 2", "--up 0,0,nan",
+        "--up 0,0,0", "--point-size 99", "--cutaway some"}) {
     EXPECT_EQ(run(cloud + " " + bad), 2) << bad << ": " << message_;
     EXPECT_FALSE(message_.empty()) << bad;
     EXPECT_FALSE(fs::exists(path("a.png"))) << bad;

@@ -153,7 +153,10 @@ SceneContent readContent(const Arguments& a) {
   }
   for (std::size_t i = first_cloud; i < a.files.size(); ++i)
     content.clouds.push_back(sceneCloud(a.files[i], origin));
-  if (a.up != "auto") content.up = vectorFromString("--up", a.up);
+  if (a.up != "auto") {
+    content.up = vectorFromString("--up", a.up);
+    if (content.up.isZero()) throw ParameterError("--up is '" + a.up + "', which is no direction");
+  }
   if (content.empty()) throw InputError(a.files[0] + ": the map is empty; nothing to draw");
   return content;
 }

@@ -49,7 +49,7 @@ bool renameIfAbsent(const std::string& from, const std::string& to) {
 }  // namespace
 
 FileExistsError::FileExistsError(const std::string& path)
-    : IoError(path, "exists already and is not overwritten (--force overwrites)") {}
+    : IoError(path, "exists already and is not overwritten (--force, in Python overwrite=True)") {}
 FileExistsError::~FileExistsError() = default;
 
 AtomicFile::AtomicFile(const std::string& path, Overwrite overwrite)

@@ -30,15 +30,17 @@ constexpr const char* kManifest = "manifest.json";
   throw OutputError(path + ": " + action + ": " + std::generic_category().message(error_number));
 }
 
-void createDirectory(const std::string& path) {
+/// \return whether there was none
+bool createDirectory(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::exists(status) && !fs::is_directory(status))
-    throw OutputError(path + ": this is a file; name a directory for the results (-o DIR)");
-  fs::create_directories(path, error);
+    throw OutputError(path + ": this is a file; name a directory for the results");
+  const bool is_new = fs::create_directories(path, error);
   if (error)
     throw OutputError(path + ": the output directory cannot be made: " + error.message() +
-                      "; name another with -o DIR");
+                      "; name another");
+  return is_new;
 }
 
 /// What the manifest says of a file.
@@ -96,8 +98,7 @@ OutputExistsError::~OutputExistsError() = default;
 
 OutputDirectory::OutputDirectory(const std::string& path, const std::vector<std::string>& names,
                                  bool overwrite)
-    : path_(path) {
-  createDirectory(path);
+    : path_(path), is_new_(createDirectory(path)) {
   lock();
   try {
     recover(names);
@@ -107,12 +108,10 @@ OutputDirectory::OutputDirectory(const std::string& path, const std::vector<std:
       if (!fs::exists(status)) continue;
       if (!overwrite)
         throw OutputExistsError(pathOf(name) +
-                                ": exists already; give --force to overwrite it or "
-                                "another directory with -o DIR");
+                                ": exists already; name another directory, or overwrite it "
+                                "(--force, in Python overwrite=True)");
       if (!fs::is_regular_file(status))
-        throw OutputError(pathOf(name) +
-                          ": is not a regular file; name another directory with "
-                          "-o DIR");
+        throw OutputError(pathOf(name) + ": is not a regular file; name another directory");
     }
   } catch (...) {
     unlock();
@@ -129,6 +128,7 @@ void OutputDirectory::unlock() {
   ::unlink(pathOf(kLock).c_str());  // while it is locked: nobody else can have it
   ::close(lock_);
   lock_ = -1;
+  if (is_new_) ::rmdir(path_.c_str());  // only where nothing was written to it
 }
 
 void OutputDirectory::lock() {
@@ -136,15 +136,14 @@ void OutputDirectory::lock() {
   for (;;) {
     lock_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (lock_ < 0)
-      throw OutputError(path_ +
-                        ": cannot be written to: " + std::generic_category().message(errno) +
-                        "; name another directory with -o DIR");
+      throw OutputError(path_ + ": cannot be written to: " +
+                        std::generic_category().message(errno) + "; name another directory");
     const bool locked = ::flock(lock_, LOCK_EX | LOCK_NB) == 0;
     if (!locked && errno == EWOULDBLOCK) {
       ::close(std::exchange(lock_, -1));
       throw OutputExistsError(path_ +
                               ": another run is writing to this directory; wait for it or name "
-                              "another directory with -o DIR");
+                              "another directory");
     }
     // The run before may have removed the file between these two calls.
     struct stat ours {};

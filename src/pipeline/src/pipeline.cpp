@@ -63,9 +63,12 @@ void adaptStage(const ConfiguredStage& stage, const CloudScale& scale, const std
     throw InputError(source + ": " + error.what());
   } catch (const ParameterError& error) {
     throw InputError(source + ": this input, " + formatNumber(scale.extent) +
-                     " m across, leaves no value of " + stage.name +
-                     " that can be used: " + error.what() +
-                     "; is it in metres? scale it, or write the value into the configuration");
+                     " m across, leaves no value of " + stage.name + " that can be used" +
+                     (scale.resolution ? " at resolution_m = " + formatNumber(*scale.resolution)
+                                       : std::string()) +
+                     ": " + error.what() + "; is it in metres? scale it, or write " +
+                     (scale.resolution ? "another resolution_m or " : "") +
+                     "the value into the configuration");
   }
 }
 

@@ -134,7 +134,7 @@ class Run {
       throw;
     } catch (const Error& error) {
       throw InputError(directory_.path() + ": this run cannot be resumed: " + error.what() +
-                       "; start again with --force");
+                       "; start again and overwrite it (--force, in Python overwrite=True)");
     }
   }
 

@@ -46,7 +46,8 @@ std::string defaultOf(const Parameter& parameter) {
 // Both return false: the value cannot be read.
 bool reportType(const Parameter& parameter, const YAML::Node& node, const std::string& wanted,
                 const Report& report) {
-  report(parameter.name + " must be " + wanted + ", not " + describe(node) +
+  const std::string size = node.IsSequence() ? " of " + std::to_string(node.size()) : "";
+  report(parameter.name + " must be " + wanted + ", not " + describe(node) + size +
          "; allowed: " + parameter.allowed() + defaultOf(parameter));
   return false;
 }
@@ -64,8 +65,8 @@ bool readVector(const Parameter& parameter, const YAML::Node& node, ParameterVal
     const YAML::Node item = node[static_cast<std::size_t>(i)];
     sound = item.IsScalar() && isPlain(item) && parseNumber(item.Scalar(), vector[i]);
   }
-  if (!sound || !(vector.norm() > 0.0))
-    return reportType(parameter, node, "three numbers [x, y, z]", report);
+  if (!sound) return reportType(parameter, node, "three numbers [x, y, z]", report);
+  if (!(vector.norm() > 0.0)) return reportRange(parameter, "[0, 0, 0]", report);
   value = vector;
   return true;
 }
@@ -162,7 +163,9 @@ YAML::Node loadDocument(const std::string& text, ProblemList& problems) {
     problems.add(error.mark, "this is no YAML: " + error.msg);
     return nothing;
   }
-  problems.add(YAML::Mark(), "the configuration is empty; it starts with 'version: 1'");
+  problems.add(YAML::Mark(), text.find('\0') == std::string::npos
+                                 ? "the configuration is empty; it starts with 'version: 1'"
+                                 : "this is no text in UTF-8; save it as such");
   return nothing;
 }
 

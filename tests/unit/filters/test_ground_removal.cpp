@@ -122,5 +122,15 @@ TEST(GroundRemoval, TakesThePoseThatIsGivenElseThatOfTheCloud) {
   EXPECT_THROW(removal.filter(kept), InputError);
 }
 
+TEST(GroundRemoval, RefusesMillimetres) {
+  test::GroundScene scene;
+  scene.render();
+  for (float& coordinate : scene.xyz) coordinate *= 1000.0f;
+  GroundRemoval<pcl::PointXYZ> removal;
+  removal.setInputCloud(cloudOf(scene.xyz, scene.width, scene.height));
+  pcl::Indices kept;
+  EXPECT_THROW(removal.filter(kept), InputError);
+}
+
 }  // namespace
 }  // namespace planar_mapping

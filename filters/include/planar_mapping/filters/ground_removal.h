@@ -35,7 +35,8 @@ namespace planar_mapping {
 ///
 /// State between runs: where the ground is; reset() clears it, and clouds that have nothing to do
 /// with each other need it. One object serves one thread at a time; copies are independent.
-/// filter() throws InputError for an index outside the cloud or a pose that is none.
+/// filter() throws InputError for an index outside the cloud, a pose that is none, or a cloud that
+/// cannot be in metres.
 /// A user-defined PointT has to be registered (POINT_CLOUD_REGISTER_POINT_STRUCT), because PCL's
 /// filters copy points by field; PCL_NO_PRECOMPILE is not needed.
 template <typename PointT>

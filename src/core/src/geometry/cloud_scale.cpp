@@ -262,11 +262,13 @@ void requireMetres(const PointsView& points, const Indices* indices, double max_
       !isMost(static_cast<std::size_t>(far_points), usable.size())) {
     return;
   }
-  throw InputError("the points are " + std::to_string(scale.spacing) + " apart and up to " +
-                   std::to_string(scale.max_range) +
-                   " from the sensor, too much for metres: scale a cloud in millimetres by 0.001, "
-                   "or set " +
-                   parameters + " to suit its unit");
+  constexpr double kMetres = 0.1;  // more than points of a room are apart
+  const std::string found = "the points are " + std::to_string(scale.spacing) +
+                            " apart and up to " + std::to_string(scale.max_range) +
+                            " from the sensor, too much for ";
+  if (scale.spacing < kMetres) throw InputError(found + parameters + ": set a larger value");
+  throw InputError(found + "metres: scale a cloud in millimetres by 0.001, or set " + parameters +
+                   " to suit its unit");
 }
 
 }  // namespace planar_mapping

@@ -273,11 +273,13 @@ Contents writePgm(const ExportedMap& map, const std::string& path) {
   if (!map.up.isApprox(Vector3::UnitZ()))
     append(yaml, "# The axes are those of the map turned by the quaternion x, y, z, w: ",
            listOf(turning(map.up, Vector3::UnitZ()), ", "), '\n');
+  // Without the rounding of cell times count: -3.3, not -3.3000000000000003.
+  const Vector2 origin = (1e9 * grid.origin).array().round() / 1e9;
   // 205 is read as unknown only with a threshold of 0.196, not with 0.25.
   append(yaml, originNote(map, "# ", ": the place of the map's own origin in the world\n"),
          "image: ", yamlOf(stemOf(path) + ".pgm"), "\nmode: trinary\nresolution: ", grid.cell,
-         "\norigin: [", listOf(Vector3(grid.origin.x(), grid.origin.y(), 0.0), ", "),
-         "]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
+         "\norigin: [", origin.x(), ", ", origin.y(),
+         ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
   return {std::move(pgm), std::move(yaml)};
 }
 

@@ -24,8 +24,8 @@ void requirePrecision(double range, double resolution) {
   throw InputError("coordinates reach " + formatNumber(range) +
                    " m, where a float knows steps of " + formatNumber(step) +
                    " m, too coarse for cells of " + formatNumber(resolution) +
-                   " m; save x, y, z as doubles (PCD: SIZE 8, PLY: double), or shift the cloud to "
-                   "its own place before it is rounded");
+                   " m; take a larger resolution_m, or, where the file has floats, save x, y, z as "
+                   "doubles (PCD: SIZE 8, PLY: double) before they are rounded");
 }
 
 class PlanarCuboidApproximationStage : public Stage {

@@ -299,6 +299,13 @@ TEST(RequireMetres, RefusesMillimetresAndSaysWhatToDo) {
     EXPECT_NE(text.find("0.001"), std::string::npos) << text;
     EXPECT_NE(text.find("set resolution"), std::string::npos) << text;
   }
+  try {
+    requireMetres(PointsView(metres.data(), 50000), nullptr, 1e-4, "resolution");
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("too much for resolution: set a larger value"), std::string::npos) << text;
+  }
 }
 
 TEST(UsablePoints, MoreThanAnIndexCountsAreRefused) {

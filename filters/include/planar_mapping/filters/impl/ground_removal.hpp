@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
@@ -19,7 +20,11 @@ template <typename PointT>
 std::vector<std::uint8_t> GroundRemoval<PointT>::test(const PointCloud& cloud,
                                                       const Indices* indices) {
   ground_ = Ground();
+  constexpr double kMaxSpacing = 100.0;  // distance thresholds
   const CloudView view = viewOf(cloud);
+  // Without the noise of a camera, whose errors far away may be metres.
+  if (!getNoiseModel())
+    requireMetres(view, indices, kMaxSpacing * getDistanceThreshold(), "distance_threshold");
   ground_ = tracker_.update(view, indices, sensorPoseOf(cloud, sensor_pose_));
   std::vector<std::uint8_t> verdicts = ground_.is_ground;
   static_assert(detail::kPasses == 0 && detail::kFails == 1, "as Ground::is_ground");

@@ -245,7 +245,8 @@ PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
   }
   // Without the noise of a camera, whose errors far away may be metres.
   if (!params.noise) {
-    requireMetres(points, indices, kMaxSpacing * params.distance_threshold, "distance_threshold");
+    requireMetres(points, indices, kMaxSpacing * params.distance_threshold,
+                  "distance_threshold (by default half of resolution_m)");
   }
   if (params.source == PlaneSource::Dense) return findPlanes(points, indices, params, sensor);
   Indices storage;

@@ -75,6 +75,7 @@ class PLANAR_MAPPING_EXPORT OutputDirectory {
   void moveIntoPlace() const;
 
   std::string path_;
+  bool is_new_ = false;
   int lock_ = -1;  ///< descriptor
 };
 
