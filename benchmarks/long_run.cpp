@@ -20,7 +20,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/stage_table.h"
-#include "simulated_corridor.h"
+#include "pipeline_frames.h"
 
 namespace {
 

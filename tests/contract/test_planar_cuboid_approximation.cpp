@@ -1,12 +1,19 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "class_contract.h"
-#include "cuboid_numbers.h"
+#include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
 #include "planar_mapping/surface/planar_mapping.h"
 
 namespace planar_mapping::test {
 namespace {
+
+/// However few points they hold: the only points dropped are those that are not finite.
+PlanarMapParams paramsWithAllCells() {
+  PlanarMapParams params;
+  params.min_cell_fraction = 0.0;
+  return params;
+}
 
 template <typename PointT>
 struct CuboidSubject {
@@ -20,7 +27,7 @@ struct CuboidSubject {
     std::vector<Cuboid> cuboids(3);
     subject.approximate(cuboids);
     Outcome outcome;
-    append(cuboids, outcome.numbers);
+    outcome.numbers = numbersOf(cuboids);
     return outcome;
   }
   /// The class counts them among the dropped ones.
@@ -46,8 +53,7 @@ TEST(PlanarCuboidApproximationContract, ThreadsNeverChangeTheResult) {
     approximation.setPlanes({wall}, {plane});
     std::vector<Cuboid> cuboids;
     approximation.approximate(cuboids);
-    outcomes.emplace_back();
-    append(cuboids, outcomes.back().numbers);
+    outcomes.push_back({{}, numbersOf(cuboids)});
     EXPECT_TRUE(outcomes.back() == outcomes.front()) << threads << " threads";
   }
 }
@@ -64,7 +70,7 @@ struct MappingSubject {
     subject.reset();
     subject.integrate();
     Outcome outcome;
-    append(subject.map().cuboids(), outcome.numbers);
+    outcome.numbers = numbersOf(subject.map().cuboids());
     return outcome;
   }
   /// The class counts them among the dropped ones.

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "cuboid_numbers.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "evaluation/cuboid_geometry.h"
+#include "pipeline_frames.h"
 #include "planar_mapping/io/cloud_file.h"
-#include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
@@ -22,8 +21,6 @@ namespace planar_mapping {
 namespace {
 
 constexpr char kStages[] =
-    "version: 1\n"
-    "stages:\n"
     "  - stage: multi_plane_segmentation\n"
     "    distance_threshold_m: 0.04\n"
     "    min_inliers: 400\n"
@@ -33,9 +30,7 @@ constexpr char kStages[] =
     "    max_range_m: 8\n";
 
 Configuration configurationOf(const std::string& input = "") {
-  StageTable table;
-  registerBuiltinStages(table);
-  Configuration configuration = parseConfiguration(kStages, "test", table);
+  Configuration configuration = test::configurationOf(kStages);
   if (!input.empty()) configuration.inputs = {input};
   return configuration;
 }
@@ -69,11 +64,7 @@ void expectSamePlanes(const std::vector<PlaneSegment>& a, const std::vector<Plan
 }
 
 void expectSameCuboids(const std::vector<Cuboid>& a, const std::vector<Cuboid>& b) {
-  EXPECT_EQ(a.size(), b.size());
-  std::vector<double> numbers_a, numbers_b;
-  test::append(a, numbers_a);
-  test::append(b, numbers_b);
-  EXPECT_EQ(numbers_a, numbers_b);
+  EXPECT_EQ(test::numbersOf(a), test::numbersOf(b));
 }
 
 /// One frame through the stages, its points through the classes.
@@ -154,14 +145,10 @@ std::vector<Frame> simulated(const std::string& scene, int count) {
   const evaluation::Simulation simulation(params);
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < simulation.size(); ++i) {
-    const evaluation::SimulatedFrame seen = simulation.frame(i);
-    Frame frame;
-    frame.number = i;
-    frame.timestamp = seen.timestamp;
-    frame.T_world_sensor = seen.T_world_camera;
-    frame.cloud = pcl::make_shared<FrameCloud>(160, 120);
-    for (std::size_t k = 0; k < frame.cloud->size(); ++k)
-      (*frame.cloud)[k] = {seen.xyz[3 * k], seen.xyz[3 * k + 1], seen.xyz[3 * k + 2]};
+    Frame frame = test::simulatedFrame(simulation, i);
+    frame.given_pose.reset();
+    frame.camera.reset();
+    frame.baseline.reset();
     frames.push_back(std::move(frame));
   }
   return frames;
@@ -188,12 +175,9 @@ TEST(StageAgreement, PlanesOfSampledAndOfKeyFeatures) {
       feature.position = (*cloud)[i].getVector3fMap().cast<double>();
       frame.key_features.push_back(feature);
     }
-    StageTable table;
-    registerBuiltinStages(table);
-    Pipeline pipeline(parseConfiguration(
-        "version: 1\nstages:\n  - stage: multi_plane_segmentation\n    source: auto\n"
-        "    features: 600\n    min_inliers: 400\n",
-        "test", table));
+    Pipeline pipeline = test::pipelineOf(
+        "  - stage: multi_plane_segmentation\n    source: auto\n    features: 600\n"
+        "    min_inliers: 400\n");
     auto planes = segmentation();
     planes.setDistanceThreshold(0.05);
     MultiPlaneParams params = planes.getParams();

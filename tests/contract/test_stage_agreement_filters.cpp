@@ -4,27 +4,19 @@
 // same points are ground and every point has the same probability.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "ground_scene.h"
 #include "occupancy_experiment.h"
+#include "pipeline_frames.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
-#include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
+#include "real_data.h"
 
 namespace planar_mapping {
 namespace {
-
-const std::string kData = PLANAR_MAPPING_SOURCE_DIR "/../shared/data/";
-
-Configuration configurationOf(const std::string& stages) {
-  StageTable table;
-  registerBuiltinStages(table);
-  return parseConfiguration("version: 1\nstages:\n" + stages, "test", table);
-}
 
 /// Both ways at once, frame by frame.
 class Agreement {
@@ -71,7 +63,7 @@ class Agreement {
   std::size_t matches() const { return matches_; }
 
  private:
-  Pipeline pipeline_{configurationOf(
+  Pipeline pipeline_{test::configurationOf(
       "  - stage: ground_removal\n  - stage: multi_plane_segmentation\n  - stage: kl_occupancy\n")};
   GroundRemoval<pcl::PointXYZ> ground_;
   KLOccupancyFilter<pcl::PointXYZ> occupancy_;
@@ -158,15 +150,13 @@ TEST(FilterStages, AgreeOnASequenceWithTracks) {
 class RealFilterStages : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(kData + GetParam())) {
-      GTEST_SKIP() << "no " << GetParam() << " beside the sources";
-    }
+    if (test::isMissing(GetParam())) GTEST_SKIP() << "no " << GetParam();
   }
 };
 
 TEST_P(RealFilterStages, Agree) {
-  Configuration configuration = configurationOf("  - stage: kl_occupancy\n");
-  configuration.inputs = {kData + GetParam()};
+  Configuration configuration = test::configurationOf("  - stage: kl_occupancy\n");
+  configuration.inputs = {test::realData(GetParam())};
   configuration.frames.last = 5;
   SequenceSource source(configuration);
   Agreement agreement;

@@ -129,4 +129,10 @@ inline Cuboid box(const Vector3& low, const Vector3& high, CellState state = Cel
   return cuboid;
 }
 
+/// Each cuboid of the map gets a plane of its own.
+inline void numberPlanes(io::ExportedMap& map) {
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
+    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+}
+
 }  // namespace planar_mapping::test

@@ -12,6 +12,7 @@ namespace planar_mapping {
 namespace {
 
 using test::box;
+using test::numberPlanes;
 
 TEST(NavigationMap, FloorsThatLeanAreNoObstacles) {
   io::ExportedMap map;
@@ -39,8 +40,7 @@ TEST(NavigationMap, FloorsGoOnUpARampButNotUpAStep) {
     map.cuboids.push_back(face);
   }
   map.cuboids.push_back(box({-3.0, 3.0, 0.2}, {3.0, 5.0, 0.3}));  // a step of 0.3 m
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  numberPlanes(map);
   const io::Floors floors(map.cuboids, {}, io::GroundHeights(0.0), 0.15, map.resolution);
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) EXPECT_EQ(i < 7, floors.contains(i)) << i;
   const io::OccupancyGrid grid = io::gridOf(map);
@@ -68,8 +68,7 @@ TEST(NavigationMap, AKerbIsNoRampBySlabsOnItsFace) {
   map.cuboids = {box({0.0, 0.0, -0.1}, {10.0, 4.0, 0.0}),
                  box({0.0, 4.0, 0.0}, {10.0, 4.1, 0.1}),    // along the face of the kerb
                  box({0.0, 4.05, 0.1}, {10.0, 6.0, 0.2})};  // its top
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  numberPlanes(map);
   EXPECT_FALSE(io::Floors(map.cuboids, {}, io::GroundHeights(0.0), 0.15, 0.1).contains(2));
 }
 
@@ -135,8 +134,7 @@ TEST(PlanFloors, DropsAreUnknown) {
   for (int i = 0; i < 10; ++i)
     map.cuboids.push_back(
         box({3.0 + 0.3 * i, 3.0, -0.27 - 0.17 * i}, {3.3 + 0.3 * i, 5.0, -0.17 * (i + 1)}));
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  numberPlanes(map);
   map.free = {box({0.0, 0.0, 0.0}, {8.0, 8.0, 3.0}, CellState::Free),
               box({3.6, 3.0, -0.4}, {8.0, 5.0, 0.0}, CellState::Free)};
   const io::OccupancyGrid grid = io::gridOf(map);
@@ -152,8 +150,7 @@ TEST(PlanFloors, WhatACoverClosesOfAHoleIsADrop) {
   map.resolution = 0.1;
   map.cuboids = {box({0.0, 0.0, -0.1}, {1.9, 4.0, 0.0}), box({2.1, 0.0, -0.1}, {4.0, 4.0, 0.0}),
                  box({1.8, 0.0, -0.1}, {2.2, 1.95, 0.0}), box({1.8, 2.05, -0.1}, {2.2, 4.0, 0.0})};
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  numberPlanes(map);
   map.free = {box({0.0, 0.0, 0.0}, {4.0, 4.0, 3.0}, CellState::Free)};
   const auto inHole = [](double at) { return at > 1.8 && at < 2.2; };
   const auto freeCells = [&] {
@@ -178,8 +175,7 @@ TEST(PlanFloors, TheShadowUnderAnEdgeIsADrop) {
   map.resolution = 0.1;
   map.cuboids = {box({0.0, 0.0, -0.1}, {4.0, 1.9, 0.0}), box({0.0, 2.0, -0.1}, {4.0, 4.0, 0.0}),
                  box({4.7, 0.0, -1.2}, {8.0, 4.0, -1.1})};
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  numberPlanes(map);
   map.free = {box({0.0, 0.0, 0.0}, {8.0, 4.0, 3.0}, CellState::Free),
               box({4.7, 0.0, -1.1}, {8.0, 4.0, 0.0}, CellState::Free)};
   map.options.band.ground = 0.0;

@@ -143,60 +143,45 @@ TEST(NavigationMap, GroundIsTheTopOfALowFloor) {
   EXPECT_EQ(load(file / "m.yaml").picture(), (std::vector<std::string>{"???#", "....", "...."}));
 }
 
-TEST(NavigationMap, GroundIsTheRoadAndNotTheVergeBelowIt) {
+/// Of a map of these faces, each a plane.
+double groundOf(const std::vector<Cuboid>& faces) {
   io::ExportedMap map;
   map.resolution = 0.5;
-  map.cuboids = {box({-3.0, -3.0, -0.1}, {3.0, 3.0, 0.0}),  // 36 m2
-                 box({3.0, -3.0, -0.6}, {4.0, 2.0, -0.5}),  // 5 m2
-                 box({-3.0, 3.0, 0.6}, {3.0, 5.0, 0.7})};   // no larger: a stage
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-6);
-  map.cuboids[0] = box({-2.0, -3.0, -0.1}, {2.0, 0.0, 0.0});  // 12 m2 do not outweigh 5
-  map.cuboids[0].plane_id = 0;
-  EXPECT_NEAR(io::gridOf(map).ground, -0.5, 1e-6);
+  map.cuboids = faces;
+  test::numberPlanes(map);
+  return io::gridOf(map).ground;
+}
+
+TEST(NavigationMap, GroundIsTheRoadAndNotTheVergeBelowIt) {
+  std::vector<Cuboid> faces = {box({-3.0, -3.0, -0.1}, {3.0, 3.0, 0.0}),  // 36 m2
+                               box({3.0, -3.0, -0.6}, {4.0, 2.0, -0.5}),  // 5 m2
+                               box({-3.0, 3.0, 0.6}, {3.0, 5.0, 0.7})};   // no larger: a stage
+  EXPECT_NEAR(groundOf(faces), 0.0, 1e-6);
+  faces[0] = box({-2.0, -3.0, -0.1}, {2.0, 0.0, 0.0});  // 12 m2 do not outweigh 5
+  EXPECT_NEAR(groundOf(faces), -0.5, 1e-6);
+  EXPECT_NEAR(groundOf({box({-3.0, -3.0, -0.1}, {3.0, 2.0, 0.0}),    // 30 m2
+                        box({3.0, -3.0, -0.48}, {5.0, 3.0, -0.38}),  // 12 m2, not the lowest
+                        box({5.0, -3.0, -0.6}, {6.0, -0.5, -0.5}),   // 2.5 m2 each
+                        box({5.0, 0.0, -0.7}, {6.0, 2.5, -0.6})}),
+              0.0, 1e-6);
 }
 
 TEST(NavigationMap, GroundIsTheYardAndNotThePitInIt) {
-  io::ExportedMap map;
-  map.resolution = 0.5;
-  map.cuboids = {box({-5.0, -5.0, -0.1}, {5.0, 5.0, 0.0}),  // 100 m2
-                 box({5.0, -5.0, -1.6}, {6.0, 1.0, -1.5}),  // 6 m2
-                 box({-5.0, 5.0, 0.7}, {5.0, 10.0, 0.8})};  // no larger: a platform
-  const auto ground = [&map] {
-    for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-      map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-    return io::gridOf(map).ground;
-  };
-  EXPECT_NEAR(ground(), 0.0, 1e-6);
-  map.cuboids[1] = box({5.0, -5.0, -1.6}, {7.0, 5.0, -1.5});  // 20 m2: a storey below
-  EXPECT_NEAR(ground(), -1.5, 1e-6);
+  std::vector<Cuboid> faces = {box({-5.0, -5.0, -0.1}, {5.0, 5.0, 0.0}),  // 100 m2
+                               box({5.0, -5.0, -1.6}, {6.0, 1.0, -1.5}),  // 6 m2
+                               box({-5.0, 5.0, 0.7}, {5.0, 10.0, 0.8})};  // no larger: a platform
+  EXPECT_NEAR(groundOf(faces), 0.0, 1e-6);
+  faces[1] = box({5.0, -5.0, -1.6}, {7.0, 5.0, -1.5});  // 20 m2: a storey below
+  EXPECT_NEAR(groundOf(faces), -1.5, 1e-6);
 }
 
 TEST(NavigationMap, GroundThatLeansIsAtTheHeightOfMostOfIt) {
-  io::ExportedMap map;
-  map.resolution = 0.5;
+  std::vector<Cuboid> faces;
   for (int i = 0; i < 9; ++i) {  // from -0.4 to 0.4, widest at 0
     const double width = 5.0 - std::abs(i - 4);
-    map.cuboids.push_back(
-        box({2.0 * i, -width, 0.1 * i - 0.5}, {2.0 * i + 2.0, width, 0.1 * i - 0.4}));
-    map.cuboids.back().plane_id = i;
+    faces.push_back(box({2.0 * i, -width, 0.1 * i - 0.5}, {2.0 * i + 2.0, width, 0.1 * i - 0.4}));
   }
-  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 0.1);
-}
-
-TEST(NavigationMap, GroundIsTheRoadAlsoWhereMostOfItsVergeIsHigherThanTheLowest) {
-  io::ExportedMap map;
-  map.resolution = 0.5;
-  map.cuboids = {
-      box({-3.0, -3.0, -0.1}, {3.0, 2.0, 0.0}),    // 30 m2
-      box({3.0, -3.0, -0.48}, {5.0, 3.0, -0.38}),  // 12 m2
-      box({5.0, -3.0, -0.6}, {6.0, -0.5, -0.5}),   // 2.5 m2 each
-      box({5.0, 0.0, -0.7}, {6.0, 2.5, -0.6}),
-  };
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-6);
+  EXPECT_NEAR(groundOf(faces), 0.0, 0.1);
 }
 
 TEST(NavigationMap, FollowsTheGroundThatWasRemoved) {

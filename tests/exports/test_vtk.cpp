@@ -57,16 +57,6 @@ TEST(Vtp, IsReadByVtkWithItsArrays) {
   }
 }
 
-TEST(Stl, HeaderReadByVtkSaysTheOrigin) {
-  const test::Exported file(io::writeStl, test::manyExported(10), "m.stl");
-  vtkNew<vtkSTLReader> reader;
-  reader->SetFileName(file.path().c_str());
-  reader->Update();
-  vtkUnsignedCharArray& header = *reader->GetBinaryHeader();
-  const std::string text(header.GetPointer(0), header.GetPointer(0) + header.GetNumberOfValues());
-  EXPECT_NE(text.find("origin_m 501000 4500000 0.5 "), std::string::npos) << text;
-}
-
 template <typename Reader>
 void expectMesh(const test::Exported& file, const std::vector<Cuboid>& cuboids) {
   vtkNew<Reader> reader;

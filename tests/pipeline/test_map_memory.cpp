@@ -1,25 +1,20 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // Memory of a map that the whole pipeline makes of simulated stereo clouds with their noise. The
 // corridor of 100 m takes minutes (benchmarks/long_run, docs/results.md); here are ten.
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "pipeline_frames.h"
 #include "planar_mapping/pipeline/stage_table.h"
-#include "simulated_corridor.h"
 
 namespace planar_mapping {
 namespace {
 
 TEST(MapMemory, OfTenMetresOfANoisyCorridorIsAFifthOfOctoMaps) {
-  StageTable table;
-  registerBuiltinStages(table);
-  ConfigurationOverrides overrides;
-  overrides.assignments = {"planar_cuboid_approximation.unknown_space=false"};
-  Pipeline pipeline(loadConfiguration(
-      std::string(PLANAR_MAPPING_SOURCE_DIR) + "/config/pcd_sequence.yaml", table, overrides));
+  Pipeline pipeline(test::readyConfiguration("pcd_sequence.yaml",
+                                             {"planar_cuboid_approximation.unknown_space=false"}));
   test::SimulatedCorridor corridor;
   corridor.length = 10.0;
   corridor.frames = 60;

@@ -11,52 +11,23 @@
 #include <vector>
 
 #include "planar_mapping/evaluation/trajectory_error.h"
-#include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
-#include "real_data.h"
+#include "real_run.h"
 
 namespace planar_mapping {
 namespace {
 
-struct Travelled {
-  std::vector<Pose> estimated;
-  std::vector<Pose> given;
-  std::size_t skipped = 0;
-  std::string warnings;
-};
+using Travelled = RealRun;
 
 /// Poses of frames [first, last) of a sequence beside the sources; given ones only measure.
 Travelled travel(const std::string& configuration_file, const std::vector<std::string>& inputs,
                  int first, int last, int threads = 1, int step = 1, bool features = true,
                  const std::string& poses = "ignore") {
-  const std::string source = PLANAR_MAPPING_SOURCE_DIR;
-  StageTable table;
-  registerBuiltinStages(table);
-  ConfigurationOverrides overrides;
-  overrides.assignments = {"motion_estimation.enabled=true", "motion_estimation.poses=" + poses,
-                           "threads=" + std::to_string(threads)};
-  if (!features) overrides.assignments.push_back("key_features.enabled=false");
-  Configuration configuration =
-      loadConfiguration(source + "/config/" + configuration_file, table, overrides);
-  for (const std::string& input : inputs)
-    configuration.inputs.push_back(input[0] == '/' ? input : test::realData(input));
-  configuration.frames.first = first;
-  configuration.frames.last = last;
-  configuration.frames.step = step;
-  SequenceSource frames(configuration);
-  Pipeline pipeline(std::move(configuration));
-  Travelled travelled;
-  while (std::optional<Frame> frame = frames.next()) {
-    pipeline.process(*frame);
-    for (const std::string& warning : frame->warnings) travelled.warnings += warning + "\n";
-    if (!frame->skip_reason.empty()) {
-      ++travelled.skipped;
-      continue;
-    }
-    travelled.estimated.push_back(frame->T_world_sensor);
-    if (frame->given_pose) travelled.given.push_back(*frame->given_pose);
-  }
-  return travelled;
+  std::vector<std::string> assignments = {"motion_estimation.enabled=true",
+                                          "motion_estimation.poses=" + poses,
+                                          "threads=" + std::to_string(threads)};
+  if (!features) assignments.push_back("key_features.enabled=false");
+  return runOver(inputs, {first, last, step}, configuration_file, assignments);
 }
 
 /// Degrees between what the map takes for upwards and what is.
@@ -215,12 +186,8 @@ TEST(RealMotion, WhereThingsRepeatAFirstStepIsNotTakenForAStandstill) {
 
 TEST(RealMotion, AGivenPoseThatContradictsTheImagesIsNamed) {
   SKIP_IF_MISSING("rgbd_icl_livingroom");
-  const std::string source = PLANAR_MAPPING_SOURCE_DIR;
   for (const double off : {0.0, 0.5}) {
-    StageTable table;
-    registerBuiltinStages(table);
-    Configuration configuration =
-        loadConfiguration(source + "/config/rgbd_indoor.yaml", table, ConfigurationOverrides());
+    Configuration configuration = test::readyConfiguration("rgbd_indoor.yaml");
     configuration.inputs.push_back(test::realData("rgbd_icl_livingroom"));
     configuration.frames.last = 7;
     SequenceSource frames(configuration);

@@ -10,49 +10,17 @@
 #include <vector>
 
 #include "planar_mapping/evaluation/trajectory_error.h"
-#include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
-#include "real_data.h"
+#include "real_run.h"
 
 namespace planar_mapping {
 namespace {
 
-/// What a run leaves behind.
-struct Mapped {
-  PlanarMap map;
-  std::vector<Pose> estimated;  ///< of the frames that are in the map
-  std::vector<Pose> given;
-  std::size_t skipped = 0;
-};
-
 /// Frames [first, last) of a sequence beside the sources.
-Mapped mapOf(const std::string& configuration_file, const std::string& sequence, int first,
-             int last,
-             const std::vector<std::string>& assignments = {"motion_estimation.poses=ignore"}) {
-  const std::string source = PLANAR_MAPPING_SOURCE_DIR;
-  StageTable table;
-  registerBuiltinStages(table);
-  ConfigurationOverrides overrides;
-  overrides.assignments = assignments;
-  Configuration configuration =
-      loadConfiguration(source + "/config/" + configuration_file, table, overrides);
-  configuration.inputs = {test::realData(sequence)};
-  configuration.frames.first = first;
-  configuration.frames.last = last;
-  SequenceSource frames(configuration);
-  Pipeline pipeline(std::move(configuration));
-  Mapped mapped;
-  while (std::optional<Frame> frame = frames.next()) {
-    pipeline.process(*frame);
-    if (!frame->skip_reason.empty()) {
-      ++mapped.skipped;
-      continue;
-    }
-    mapped.estimated.push_back(frame->T_world_sensor);
-    if (frame->given_pose) mapped.given.push_back(*frame->given_pose);
-  }
-  mapped.map = pipeline.map();
-  return mapped;
+RealRun mapOf(const std::string& configuration_file, const std::string& sequence, int first,
+              int last,
+              const std::vector<std::string>& assignments = {"motion_estimation.poses=ignore"}) {
+  return runOver({sequence}, {first, last, 1}, configuration_file, assignments);
 }
 
 /// The offset of a point from a path: metres aside and above, NaN beyond its ends.
@@ -88,13 +56,12 @@ std::map<std::int32_t, double> planeAreas(const PlanarMap& map) {
 class RealSequences : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data"))
-      GTEST_SKIP() << "no real data beside the sources";
+    if (test::isMissing("stereo_kitti_street")) GTEST_SKIP() << "no real data beside the sources";
   }
 };
 
 TEST_F(RealSequences, StreetIsMappedWithoutPhantomsInTheDrivenCorridor) {
-  const Mapped street = mapOf("stereo_outdoor.yaml", "stereo_kitti_street", 0, -1);
+  const RealRun street = mapOf("stereo_outdoor.yaml", "stereo_kitti_street", 0, -1);
   EXPECT_EQ(0u, street.skipped);
   const TrajectoryError error = trajectoryError(street.estimated, street.given);
   EXPECT_GT(error.path_length, 32.0);
@@ -125,8 +92,8 @@ TEST_F(RealSequences, StreetIsMappedWithoutPhantomsInTheDrivenCorridor) {
 }
 
 TEST_F(RealSequences, CameraAtRestAddsFewCells) {
-  const Mapped one = mapOf("stereo_indoor.yaml", "stereo_euroc_room", 0, 1);
-  const Mapped ten = mapOf("stereo_indoor.yaml", "stereo_euroc_room", 0, 10);
+  const RealRun one = mapOf("stereo_indoor.yaml", "stereo_euroc_room", 0, 1);
+  const RealRun ten = mapOf("stereo_indoor.yaml", "stereo_euroc_room", 0, 10);
   ASSERT_GT(one.map.cuboids().size(), 0u);
   const auto cells = [](const PlanarMap& map) {
     const double s = map.params().approximation.resolution;
@@ -138,7 +105,7 @@ TEST_F(RealSequences, CameraAtRestAddsFewCells) {
   // What flickers widens boxes: more than their number grows. Single frames differ by a quarter.
   double most = cells(one.map);
   for (int frame = 1; frame < 10; ++frame) {
-    const Mapped other = mapOf("stereo_indoor.yaml", "stereo_euroc_room", frame, frame + 1);
+    const RealRun other = mapOf("stereo_indoor.yaml", "stereo_euroc_room", frame, frame + 1);
     most = std::max(most, cells(other.map));
   }
   EXPECT_LE(cells(ten.map), 1.11 * most);
@@ -147,7 +114,7 @@ TEST_F(RealSequences, CameraAtRestAddsFewCells) {
 }
 
 TEST_F(RealSequences, LivingRoomIsWalkedThroughWithoutPoses) {
-  const Mapped room = mapOf("rgbd_indoor.yaml", "rgbd_icl_livingroom", 0, -1);
+  const RealRun room = mapOf("rgbd_indoor.yaml", "rgbd_icl_livingroom", 0, -1);
   EXPECT_EQ(0u, room.skipped);
   EXPECT_LT(trajectoryError(room.estimated, room.given).absolute_rms, 0.03);
 }
@@ -167,8 +134,8 @@ const MapPlane* planeAt(const PlanarMap& map, const Vector3& normal, double offs
 }
 
 TEST_F(RealSequences, CabinetIsClosedAndStandsOnNoFloor) {
-  const Mapped walk = mapOf("rgbd_indoor.yaml", "rgbd_tum_cabinet", 0, -1,
-                            {"ground_removal.enabled=true", "motion_estimation.poses=use"});
+  const RealRun walk = mapOf("rgbd_indoor.yaml", "rgbd_tum_cabinet", 0, -1,
+                             {"ground_removal.enabled=true", "motion_estimation.poses=use"});
   EXPECT_EQ(0u, walk.skipped);
   // 0.8 m x 0.46 m and 0.55 m high, turned by 3.4 degrees in the world of the poses.
   const double turn = 3.37 * M_PI / 180.0;
@@ -202,10 +169,8 @@ TEST_F(RealSequences, CabinetIsClosedAndStandsOnNoFloor) {
 }
 
 TEST(SequenceSource, MeanUpIsThatOfThePosesOfItsFrames) {
-  StageTable table;
-  registerBuiltinStages(table);
   const std::string source = PLANAR_MAPPING_SOURCE_DIR;
-  Configuration configuration = loadConfiguration(source + "/config/rgbd_indoor.yaml", table);
+  Configuration configuration = test::readyConfiguration("rgbd_indoor.yaml");
   configuration.inputs = {source + "/examples/data/rgbd_icl_five"};
   configuration.frames.step = 2;
   SequenceSource frames(configuration);
@@ -228,8 +193,8 @@ TEST(SequenceSource, MeanUpIsThatOfThePosesOfItsFrames) {
 }
 
 TEST(ShippedSequences, RoomStandsBetweenItsFloorAndItsCeiling) {
-  const Mapped room = mapOf("rgbd_indoor.yaml", "rgbd_icl_five", 0, -1,
-                            {"ground_removal.enabled=false", "motion_estimation.poses=use"});
+  const RealRun room = mapOf("rgbd_indoor.yaml", "rgbd_icl_five", 0, -1,
+                             {"ground_removal.enabled=false", "motion_estimation.poses=use"});
   ASSERT_EQ(0u, room.skipped);
   // y points down: ceiling at -1.13, floor at 1.38.
   for (const double y : {-1.13, 1.38}) {
@@ -246,7 +211,7 @@ TEST(ShippedSequences, RoomStandsBetweenItsFloorAndItsCeiling) {
 
 TEST_F(RealSequences, TableIsInTheMapThoughItMightBeTheGround) {
   // The board lies at z = 0, the floor 0.73 m below it.
-  const Mapped table =
+  const RealRun table =
       mapOf("stereo_indoor.yaml", "stereo_chess_table", 0, -1, {"motion_estimation.poses=use"});
   ASSERT_EQ(0u, table.skipped);
   ASSERT_EQ(7u, table.estimated.size());
@@ -262,9 +227,9 @@ TEST_F(RealSequences, TableIsInTheMapThoughItMightBeTheGround) {
 
 TEST_F(RealSequences, StreetStartsOverTheGroundItSees) {
   // Nobody says how high the camera is: 1.65 m.
-  const Mapped street = mapOf("stereo_outdoor.yaml", "stereo_kitti_street", 0, 2,
-                              {"motion_estimation.poses=ignore", "motion_estimation.start=ground",
-                               "motion_estimation.camera_height_m=0"});
+  const RealRun street = mapOf("stereo_outdoor.yaml", "stereo_kitti_street", 0, 2,
+                               {"motion_estimation.poses=ignore", "motion_estimation.start=ground",
+                                "motion_estimation.camera_height_m=0"});
   ASSERT_EQ(2u, street.estimated.size());
   EXPECT_NEAR(street.estimated[0].translation().z(), 1.65, 0.1);
   const Vector3 up = street.estimated[0].linear().transpose() * Vector3::UnitZ();

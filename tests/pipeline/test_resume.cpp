@@ -8,10 +8,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "pipeline_frames.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/pipeline/runner.h"
-#include "planar_mapping/pipeline/stage_table.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {
@@ -47,13 +46,8 @@ class Resume : public ::testing::TestWithParam<Input> {
   }
   enum class Stop { Never, AfterAFrame, BeforeTheFirst };
   RunResult run(const std::string& output, bool resume, Stop when, bool overwrite = false) const {
-    StageTable table;
-    registerBuiltinStages(table);
-    ConfigurationOverrides overrides;
-    overrides.assignments = GetParam().assignments;
-    Configuration configuration = loadConfiguration(
-        std::string(PLANAR_MAPPING_SOURCE_DIR) + "/config/" + GetParam().configuration, table,
-        overrides);
+    Configuration configuration =
+        test::readyConfiguration(GetParam().configuration, GetParam().assignments);
     configuration.inputs = {directory_ / "input"};
     std::atomic<bool> stop{when == Stop::BeforeTheFirst};
     RunOptions options;

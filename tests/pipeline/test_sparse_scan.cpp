@@ -7,10 +7,9 @@
 #include <limits>
 #include <vector>
 
-#include "map_scene.h"
+#include "pipeline_frames.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/io/occupancy_grid.h"
-#include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping {
 namespace {
@@ -49,14 +48,10 @@ bool isBesideABox(double x, double y) {
 
 /// Percentage of the places measured on the floor that are occupied from above.
 double occupiedFloor(const std::vector<Vector3>& rays, double largest_cell) {
-  StageTable table;
-  registerBuiltinStages(table);
-  Pipeline pipeline(
-      parseConfiguration("version: 1\nstages:\n  - stage: multi_plane_segmentation\n"
-                         "    distance_threshold_m: auto\n    min_inliers: auto\n"
-                         "  - stage: planar_cuboid_approximation\n    resolution_m: auto\n"
-                         "    max_range_m: auto\n    up: auto\n",
-                         "test", table));
+  Pipeline pipeline = test::pipelineOf(
+      "  - stage: multi_plane_segmentation\n    distance_threshold_m: auto\n    min_inliers: auto\n"
+      "  - stage: planar_cuboid_approximation\n    resolution_m: auto\n    max_range_m: auto\n"
+      "    up: auto\n");
   Random random(1);
   Frame frame;
   frame.source = "test";
@@ -110,29 +105,20 @@ TEST(SparseScan, OfSixteenRingsShowsItsFloor) {
 }
 
 Pipeline pipelineWithAuto() {
-  StageTable table;
-  registerBuiltinStages(table);
-  return Pipeline(parseConfiguration(
-      "version: 1\nstages:\n  - stage: multi_plane_segmentation\n    min_inliers: auto\n"
-      "  - stage: planar_cuboid_approximation\n    up: [0, 0, 1]\n",
-      "test", table));
+  return test::pipelineOf(
+      "  - stage: multi_plane_segmentation\n    min_inliers: auto\n"
+      "  - stage: planar_cuboid_approximation\n    up: [0, 0, 1]\n");
 }
 
 /// \param kept  of how many points one is measured
 Frame frameOf(std::size_t number, std::size_t kept) {
   const test::View view = test::look(
       test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.1 * static_cast<double>(number), 0.4));
-  Frame frame;
+  Frame frame = test::frameOf(view);
   frame.number = number;
-  frame.source = "test";
-  frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
-                        static_cast<std::uint32_t>(view.camera.height));
   for (std::size_t i = 0; i < frame.cloud->size(); ++i) {
     if (i % kept != 0) (*frame.cloud)[i].x = std::numeric_limits<float>::quiet_NaN();
   }
-  frame.camera = view.camera;
-  frame.given_pose = view.pose;
-  frame.T_world_sensor = view.pose;
   return frame;
 }
 

@@ -9,13 +9,15 @@
 #include <set>
 
 #include "cli_fixture.h"
-#include "map_scene.h"
+#include "pipeline_frames.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/pipeline/pipeline.h"
 #include "ring_scan.h"
 
 namespace planar_mapping {
 namespace {
+
+using test::frameOf;
+using test::pipelineOf;
 
 Frame frameOf(const std::vector<float>& xyz) {
   Frame frame;
@@ -24,12 +26,6 @@ Frame frameOf(const std::vector<float>& xyz) {
   for (std::size_t i = 0; i < xyz.size(); i += 3)
     frame.cloud->push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
   return frame;
-}
-
-Pipeline pipelineOf(const std::string& stages) {
-  StageTable table;
-  registerBuiltinStages(table);
-  return Pipeline(parseConfiguration("version: 1\nstages:\n" + stages, "test", table));
 }
 
 /// Every fifth point without a measurement.
@@ -270,11 +266,7 @@ TEST(Stages, VerticalOfATiltedWorldIsWhatThePlanesSay) {
   for (const double degrees : {0.0, 3.0, 26.0}) {
     const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 0.4));
     const Matrix3 tilt(Eigen::AngleAxisd(degrees * M_PI / 180.0, Vector3(0.6, 0.8, 0.0)));
-    Frame frame;
-    frame.source = "test";
-    frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
-                          static_cast<std::uint32_t>(view.camera.height));
-    frame.camera = view.camera;
+    Frame frame = frameOf(view);
     frame.given_pose = tilt * view.pose;
     Pipeline pipeline = pipelineOf(
         "  - stage: multi_plane_segmentation\n"
@@ -295,14 +287,8 @@ TEST(Stages, IgnoredPosesAreNoIdentityOfFeatures) {
         poses + "\n  - stage: multi_plane_segmentation\n  - stage: planar_cuboid_approximation\n");
     FrameReport report;
     for (std::size_t number = 0; number < 2; ++number) {
-      Frame frame;
+      Frame frame = frameOf(view);
       frame.number = number;
-      frame.source = "test";
-      frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
-                            static_cast<std::uint32_t>(view.camera.height));
-      frame.camera = view.camera;
-      frame.given_pose = view.pose;
-      frame.T_world_sensor = view.pose;
       report = pipeline.process(frame);
     }
     EXPECT_GT(report.features, 100u);
@@ -318,12 +304,9 @@ TEST(Stages, ACloudDoesNotPlaceAFrameWhoseFeaturesAreElsewhere) {
     Pipeline pipeline = pipelineOf("  - stage: motion_estimation\n");
     FrameReport report;
     for (std::size_t number = 0; number < 2; ++number) {
-      Frame frame;
+      Frame frame = frameOf(view);
       frame.number = number;
-      frame.source = "test";
-      frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(width),
-                            static_cast<std::uint32_t>(view.camera.height));
-      frame.camera = view.camera;
+      frame.given_pose.reset();
       frame.image_doubtful = number > 0;
       const std::size_t size = frame.cloud->size();
       for (std::size_t i = 0; i < size; i += 997) {
@@ -346,12 +329,7 @@ TEST(Stages, ACloudDoesNotPlaceAFrameWhoseFeaturesAreElsewhere) {
 TEST(Stages, VerticalOfACameraThatLooksDownIsThatOfAllItsPoses) {
   const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 1.0));
   const auto verticalWith = [&](const std::optional<Vector3>& mean_up) {
-    Frame frame;
-    frame.source = "test";
-    frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
-                          static_cast<std::uint32_t>(view.camera.height));
-    frame.camera = view.camera;
-    frame.given_pose = view.pose;
+    Frame frame = frameOf(view);
     Pipeline pipeline = pipelineOf(
         "  - stage: multi_plane_segmentation\n"
         "  - stage: planar_cuboid_approximation\n    up: auto\n");

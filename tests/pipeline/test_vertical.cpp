@@ -4,19 +4,15 @@
 
 #include <cmath>
 
-#include "map_scene.h"
-#include "planar_mapping/pipeline/pipeline.h"
+#include "pipeline_frames.h"
 #include "ring_scan.h"
 #include "stereo_images.h"
 
 namespace planar_mapping {
 namespace {
 
-Pipeline pipelineOf(const std::string& stages) {
-  StageTable table;
-  registerBuiltinStages(table);
-  return Pipeline(parseConfiguration("version: 1\nstages:\n" + stages, "test", table));
-}
+using test::frameOf;
+using test::pipelineOf;
 
 constexpr const char* kStages =
     "  - stage: multi_plane_segmentation\n"
@@ -32,11 +28,7 @@ TEST(Vertical, OfTheWorldOfACameraThatLooksDownIsWhatThePlanesSay) {
   const test::View view =
       test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 44.0 * M_PI / 180.0));
   const Vector3 up = view.pose.linear().transpose() * Vector3::UnitZ();
-  Frame frame;
-  frame.source = "test";
-  frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
-                        static_cast<std::uint32_t>(view.camera.height));
-  frame.camera = view.camera;
+  Frame frame = frameOf(view);
   frame.given_pose = Pose::Identity();
   Pipeline pipeline = pipelineOf(kStages);
   pipeline.setMeanUp(Eigen::AngleAxisd(10.0 * M_PI / 180.0, Vector3::UnitX()) * up);
@@ -48,11 +40,7 @@ TEST(Vertical, OfTheWorldOfACameraThatLooksDownIsWhatThePlanesSay) {
 TEST(Vertical, OfAPairOfCamerasIsZWhereItIsThatOfTheImages) {
   const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 0.2));
   for (const bool is_pair : {true, false}) {
-    Frame frame;
-    frame.source = "test";
-    frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
-                          static_cast<std::uint32_t>(view.camera.height));
-    frame.camera = view.camera;
+    Frame frame = frameOf(view);
     if (is_pair) frame.baseline = 0.12;
     frame.given_pose = Eigen::AngleAxisd(0.12, Vector3::UnitX()) * view.pose;
     Pipeline pipeline = pipelineOf(kStages);
@@ -68,11 +56,8 @@ TEST(Vertical, OfAPairOfCamerasIsZWhereItIsThatOfTheImages) {
 TEST(Vertical, OfAWorldThatBeginsWithTheFirstFrameIsZ) {
   const test::View view =
       test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 55.0 * M_PI / 180.0));
-  Frame frame;
-  frame.source = "test";
-  frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
-                        static_cast<std::uint32_t>(view.camera.height));
-  frame.camera = view.camera;
+  Frame frame = frameOf(view);
+  frame.given_pose.reset();
   frame.is_only = true;
   Pipeline pipeline =
       pipelineOf(std::string("  - stage: motion_estimation\n    poses: ignore\n") + kStages);
@@ -142,13 +127,10 @@ Frame frameAt(std::size_t number, double x, bool is_dark, double period = kPanel
 }
 
 Pipeline pipelineWithMotion() {
-  StageTable table;
-  registerBuiltinStages(table);
-  return Pipeline(parseConfiguration(
-      "version: 1\nstages:\n  - stage: key_features\n    detector: orb\n    registered: true\n"
+  return pipelineOf(
+      "  - stage: key_features\n    detector: orb\n    registered: true\n"
       "  - stage: motion_estimation\n    poses: ignore\n  - stage: multi_plane_segmentation\n"
-      "  - stage: planar_cuboid_approximation\n",
-      "test", table));
+      "  - stage: planar_cuboid_approximation\n");
 }
 
 TEST(RepeatingWall, ALostCameraIsNotTakenBackByAPanel) {
@@ -209,13 +191,9 @@ TEST(RepeatingWall, AnImageWithoutFeaturesBeginsTheMapOnlyWhereNoBetterOneFollow
 // Scans, which have no features: what their clouds say of given poses, and of none.
 
 Pipeline pipelineWith(const std::string& poses) {
-  StageTable table;
-  registerBuiltinStages(table);
-  return Pipeline(parseConfiguration(
-      "version: 1\nstages:\n  - stage: motion_estimation\n    poses: " + poses +
-          "\n  - stage: multi_plane_segmentation\n    distance_threshold_m: auto\n"
-          "  - stage: planar_cuboid_approximation\n    up: [0, 0, 1]\n",
-      "test", table));
+  return pipelineOf("  - stage: motion_estimation\n    poses: " + poses +
+                    "\n  - stage: multi_plane_segmentation\n    distance_threshold_m: auto\n"
+                    "  - stage: planar_cuboid_approximation\n    up: [0, 0, 1]\n");
 }
 
 Pose poseAt(double x, double yaw) {

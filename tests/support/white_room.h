@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/evaluation/simulation.h"
-#include "planar_mapping/pipeline/pipeline.h"
+#include "pipeline_frames.h"
 #include "planar_mapping/stereo/stereo_matcher.h"
 
 namespace planar_mapping::test {
@@ -60,12 +59,7 @@ inline void overexpose(WhiteWalk& walk, double gain) {
 /// The map that a configuration beside the sources makes of it, with the true poses.
 inline PlanarMap mapOf(const WhiteWalk& walk, const std::string& configuration,
                        const std::vector<std::string>& assignments = {}) {
-  StageTable table;
-  registerBuiltinStages(table);
-  ConfigurationOverrides overrides;
-  overrides.assignments = assignments;
-  Pipeline pipeline(
-      loadConfiguration(PLANAR_MAPPING_SOURCE_DIR "/config/" + configuration, table, overrides));
+  Pipeline pipeline(readyConfiguration(configuration, assignments));
   for (const evaluation::SimulatedFrame& simulated : walk.frames) {
     Frame frame;
     frame.number = simulated.index;

@@ -56,4 +56,18 @@ inline Cuboid transformed(const Cuboid& cuboid, const Pose& T) {
   return moved;
 }
 
+/// All that cuboids say, one after the other, to be compared exactly.
+inline std::vector<double> numbersOf(const std::vector<Cuboid>& cuboids,
+                                     bool with_probability = true) {
+  std::vector<double> numbers;
+  for (const Cuboid& c : cuboids) {
+    numbers.insert(numbers.end(), c.center.data(), c.center.data() + 3);
+    numbers.insert(numbers.end(), c.size.data(), c.size.data() + 3);
+    numbers.insert(numbers.end(), c.orientation.coeffs().data(), c.orientation.coeffs().data() + 4);
+    numbers.push_back(c.plane_id);
+    if (with_probability) numbers.push_back(c.probability);
+  }
+  return numbers;
+}
+
 }  // namespace planar_mapping::test

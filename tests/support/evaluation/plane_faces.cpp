@@ -9,8 +9,7 @@
 #include "evaluation/plane_quality.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr std::uint32_t kBlockSide = 4;  ///< pixels
@@ -108,5 +107,4 @@ std::vector<PlaneSegment> splitFaces(const PointsView& points,
   return faces;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -13,8 +13,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/plane_moments.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 /// Where the planes \p moments belong: the index of a coplanar plane with as many points or more,
@@ -363,5 +362,4 @@ PlaneQuality judgePlanes(const PlaneTruth& truth, const std::vector<PlaneSegment
   return quality;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

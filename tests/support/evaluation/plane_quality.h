@@ -9,8 +9,7 @@
 #include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Labels of points that are on no plane of PlaneTruth::planes.
 constexpr int kOnNoPlane = -1;  ///< known to be on none: a segment there is wrong
@@ -108,5 +107,4 @@ struct PlaneQuality {
 PlaneQuality judgePlanes(const PlaneTruth& truth, const std::vector<PlaneSegment>& segments,
                          double overlap = 0.8);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -7,8 +7,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kSmallestIncidence = 0.1;  ///< cosine below which nothing is recognised
@@ -127,5 +126,4 @@ std::vector<KeyFeature> SimulatedFeatures::next(const SimulatedFrame& frame) {
   return features;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -8,8 +8,7 @@
 #include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/evaluation/simulation.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 struct SimulatedFeatureParams {
   int per_frame = 400;         ///< features looked for in each frame, in [1, 100000]
@@ -51,5 +50,4 @@ class SimulatedFeatures {
   std::int64_t next_frame_ = 0;
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

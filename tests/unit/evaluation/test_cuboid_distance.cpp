@@ -14,8 +14,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/map_metrics.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 std::vector<Cuboid> randomCuboids(std::size_t count, std::uint64_t seed, double reach = 3.0) {
@@ -189,5 +188,4 @@ TEST(CuboidDistance, BadCuboidsAndPoints) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

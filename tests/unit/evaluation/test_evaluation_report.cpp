@@ -140,12 +140,6 @@ TEST(EvaluationReport, MarkdownSaysNowhereWhereNothingIsBehind) {
   EXPECT_NE(std::string::npos, text.find("| nowhere |"));
 }
 
-}  // namespace
-}  // namespace planar_mapping::evaluation
-
-namespace planar_mapping {
-namespace {
-
 Pose poseAt(double x, double y, double z, double yaw = 0.0) {
   Pose pose = Pose::Identity();
   pose.translation() << x, y, z;
@@ -248,4 +242,4 @@ TEST(TrajectoryError, StaysExactFarFromTheOrigin) {
 }
 
 }  // namespace
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -10,8 +10,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kSkyGray = 0.299 * 0xBF + 0.587 * 0xD2 + 0.114 * 0xE6;
@@ -230,5 +229,4 @@ TEST(RenderImage, RefusesViewsWithoutColorsAndBadParameters) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -15,8 +15,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 // The figures of a list of cuboids, without an index at hand.
@@ -390,5 +389,4 @@ TEST(FreeSpace, RaysThatAreNoneAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

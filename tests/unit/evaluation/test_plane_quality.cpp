@@ -10,8 +10,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 PlaneSegment segment(int first, int count, const Vector3& normal = Vector3::UnitZ()) {
@@ -237,5 +236,4 @@ TEST(SplitFaces, DoesNotJudgeSmallFaces) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

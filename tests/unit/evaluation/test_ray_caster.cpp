@@ -12,8 +12,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 SceneObject objectAt(Shape shape, const Vector3& center, const Vector3& size) {
@@ -292,5 +291,4 @@ TEST(SimulatedFeatures, RefuseBadParametersAndFramesOutOfOrder) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -13,8 +13,7 @@
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 std::vector<GridCell> cellsOf(const GridBox& box) {
@@ -282,5 +281,4 @@ TEST(RectangularApproximation, RefusesBadParameters) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

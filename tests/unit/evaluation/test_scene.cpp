@@ -12,8 +12,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 TEST(Scene, EveryNameBuildsASceneWithItsPath) {
@@ -223,5 +222,4 @@ TEST(ScenePlanes, CoplanarFacesOfOneSideShareAPlane) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

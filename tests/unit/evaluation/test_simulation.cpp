@@ -14,8 +14,7 @@
 #include "planar_mapping/io/sequence.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 SimulationParams smallParams(const std::string& scene) {
@@ -262,5 +261,4 @@ TEST(Simulation, RefusesParametersOutOfRange) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -12,8 +12,7 @@
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -49,19 +48,6 @@ TEST(StandardGrid, AgreesWithASetOfCells) {
   std::vector<GridCell> cells;
   for (const auto& [z, y, x] : expected) cells.push_back({x, y, z});
   EXPECT_EQ(grid.cells(), cells);
-}
-
-TEST(StandardGrid, OrderOfPointsAndFramesDoesNotMatter) {
-  Random random(4);
-  std::vector<Vector3> points;
-  for (int i = 0; i < 2000; ++i)
-    points.emplace_back(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(0, 2));
-  StandardGrid forwards(0.2);
-  StandardGrid backwards(0.2);
-  forwards.insert(points);
-  backwards.insert({points.rbegin(), points.rend()});
-  EXPECT_EQ(forwards.cells(), backwards.cells());
-  EXPECT_EQ(forwards.memoryBytes(), backwards.memoryBytes());
 }
 
 TEST(StandardGrid, FewPointsOfOneFrameMakeNoCell) {
@@ -174,5 +160,4 @@ TEST(StandardGrid, RefusesBadParameters) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

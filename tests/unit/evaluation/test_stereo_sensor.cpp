@@ -9,8 +9,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 /// A wall across the view at \p depth, well textured, seen straight on.
@@ -201,5 +200,4 @@ TEST(StereoSensor, RefusesParametersOutOfRange) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

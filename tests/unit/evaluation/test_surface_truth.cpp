@@ -11,8 +11,7 @@
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 SceneObject solid(Shape shape, const Vector3& center, const Vector3& size) {
@@ -241,5 +240,4 @@ TEST(SurfaceTruth, RefusesSolidsWithoutPlaceOrSize) {
 }
 
 }  // namespace
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 // Cloud files as bytes, made by hand so that readers are not tested against our own writer.
 
@@ -58,5 +57,4 @@ inline std::string plyHeader(const std::string& format, const std::string& prope
          "element vertex 2\n" + properties + after + "end_header\n";
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -12,8 +12,7 @@
 #include "planar_mapping/io/cloud_file.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 class CloudFile : public ::testing::Test {
  protected:
@@ -49,5 +48,4 @@ inline void expectPoint(const CloudData& cloud, std::size_t i, float x, float y,
   EXPECT_FLOAT_EQ(cloud.xyz[3 * i + 2], z);
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -16,8 +16,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -164,5 +163,4 @@ TEST(ReadWholeFile, BoundsTheSizeAndNamesTheProblem) {
 }
 
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -14,8 +14,7 @@
 #include "planar_mapping/io/pose_file.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 const char* const kCamera =
@@ -149,18 +148,6 @@ TEST_F(CalibrationFile, NamesWhatIsWrongWithAPairThatIsNotRectified) {
   expectProblem(camera + rotation + translation + "k1: x\n", "k1 is no number");
 }
 
-TEST_F(CalibrationFile, ReadsRealCalibrations) {
-  const std::string data = std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/";
-  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no real data beside the sources";
-  std::size_t count = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(data)) {
-    if (entry.path().filename() != "calib.yaml") continue;
-    EXPECT_NO_THROW(readCalibration(entry.path().string())) << entry.path();
-    ++count;
-  }
-  EXPECT_GT(count, 5u);
-}
-
 class PoseFile : public ::testing::Test {
  protected:
   std::string write(const std::string& text) {
@@ -266,13 +253,5 @@ TEST_F(PoseFile, WritesNothingThatItDoesNotRead) {
   EXPECT_FALSE(std::filesystem::exists(dir_ / "out.txt"));
 }
 
-TEST_F(PoseFile, ReadsRealTrajectories) {
-  const std::string data = std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/";
-  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no real data beside the sources";
-  EXPECT_EQ(readTumPoses(data + "rgbd_tum_cabinet/poses.txt").size(), 58u);
-  EXPECT_EQ(readTumPoses(data + "stereo_kitti_street/poses.txt").size(), 28u);
-}
-
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -13,8 +13,7 @@
 #include "cloud_file_fixture.h"
 #include "comma_locale.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -336,5 +335,4 @@ TEST_F(CloudFile, ReadsRealClouds) {
 }
 
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -8,8 +8,7 @@
 #include "cloud_file_bytes.h"
 #include "cloud_file_fixture.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 using CloudFileDamage = CloudFile;
@@ -66,5 +65,4 @@ TEST_F(CloudFileDamage, SurvivesEveryFlippedBit) {
 }
 
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -15,8 +15,7 @@
 #include "planar_mapping/io/image_file.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 Image gradient(int width, int height, int channels) {
@@ -375,5 +374,4 @@ TEST(DepthProjector, RefusesOtherSizesAndBadCameras) {
 }
 
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

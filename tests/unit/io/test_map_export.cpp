@@ -19,7 +19,7 @@
 #include "planar_mapping/io/map_file.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
+namespace planar_mapping::io {
 namespace {
 
 const PlanarMap& someMap() {
@@ -182,13 +182,6 @@ TEST(MapExport, DoesNotDependOnTheLocale) {
   }
 }
 
-}  // namespace
-}  // namespace planar_mapping
-
-namespace planar_mapping {
-namespace io {
-namespace {
-
 using PlyFile = CloudFile;
 
 TEST_F(PlyFile, ReadsAsciiPly) {
@@ -265,5 +258,4 @@ TEST_F(PlyFile, SaysWhatIsWrongWithAPly) {
 }
 
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -15,8 +15,7 @@
 #include "planar_mapping/io/sequence.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 using namespace test;
@@ -214,5 +213,4 @@ TEST(MapJson, IsValidForAnEmptyMap) {
 }
 
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -13,8 +13,7 @@
 #include "planar_mapping/io/pose_file.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -394,5 +393,4 @@ TEST_F(SequenceInputs, RealSequencesOpenAndRead) {
 }
 
 }  // namespace
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

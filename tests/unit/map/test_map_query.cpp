@@ -63,12 +63,6 @@ TEST(CastRay, HitsTheWallWhereItIs) {
   EXPECT_NEAR(test::distanceTo(wall, hit->point), 0.0, 1e-9);
 }
 
-TEST(CastRay, EndsBeforeTheWallIfItsRangeDoes) {
-  const PlanarMap map = roomMap();
-  EXPECT_FALSE(castRay(map, {-0.8, 2.0, 1.2}, {0.0, 1.0, 0.0}, 2.0).has_value());
-  EXPECT_TRUE(castRay(map, {-0.8, 2.0, 1.2}, {0.0, 1.0, 0.0}, 4.0).has_value());
-}
-
 TEST(CastRay, MeetsTheSurfaceThatItsSensorSaw) {
   // From the sensor through pixels of its image, but for the rim, where cells are seen in part: not
   // unknown is the rest of a cell that the surface cuts.

@@ -14,7 +14,7 @@
 #include "run_statistics.h"
 #include "temporary_directory.h"
 
-namespace planar_mapping {
+namespace planar_mapping::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -110,12 +110,6 @@ TEST_F(Output, FolderOfTheNameOfAFileIsRefusedBeforeAnyWork) {
   fs::create_directory(directory_ / "b");
   EXPECT_THROW(open(), OutputError);
 }
-
-}  // namespace
-}  // namespace planar_mapping
-
-namespace planar_mapping::detail {
-namespace {
 
 TEST(StandardCells, AgreeWithASet) {
   Random random(3);

@@ -14,7 +14,7 @@
 #include "planar_mapping/stereo/detail/colour_registration.h"
 #include "planar_mapping/stereo/disparity_image.h"
 
-namespace planar_mapping {
+namespace planar_mapping::detail {
 namespace {
 
 std::vector<float> wall(std::uint64_t seed, int count) {
@@ -194,12 +194,6 @@ TEST(DisparityImage, RefusesCalibrationsThatDoNotFit) {
   damaged.values.pop_back();
   EXPECT_THROW(triangulate(damaged, smallCalibration(), xyz), InputError);
 }
-
-}  // namespace
-}  // namespace planar_mapping
-
-namespace planar_mapping::detail {
-namespace {
 
 using test::Boxes;
 constexpr int kWidth = Boxes::kWidth;

@@ -16,14 +16,13 @@
 #include <vector>
 
 #include "feature_corridor.h"
+#include "pipeline_frames.h"
 #include "planar_mapping/core/odometry/odometry.h"
-#include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"
-#include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/stereo/feature_tracker.h"
 #include "planar_mapping/stereo/stereo_matcher.h"
 #include "real_data.h"
@@ -199,10 +198,6 @@ TEST(RealPairs, FeaturesOfACameraAtRestKeepTheirNumberAndPlace) {
   }
 }
 
-std::string dataFolder(const std::string& name) {
-  return std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/" + name;
-}
-
 struct Trajectories {
   std::vector<Pose> estimate;
   std::vector<Pose> reference;
@@ -234,7 +229,7 @@ Trajectories follow(const std::string& folder, int first, int last) {
 }
 
 TEST(MotionOnRealData, StreetDriftsByLessThanTwoPercent) {
-  const std::string folder = dataFolder("stereo_kitti_street");
+  const std::string folder = realData("stereo_kitti_street");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
   const Trajectories street = follow(folder, 0, 27);
   const TrajectoryError error = trajectoryError(street.estimate, street.reference);
@@ -245,7 +240,7 @@ TEST(MotionOnRealData, StreetDriftsByLessThanTwoPercent) {
 }
 
 TEST(MotionOnRealData, CameraAtRestStaysWhereItIs) {
-  const std::string folder = dataFolder("stereo_euroc_room");
+  const std::string folder = realData("stereo_euroc_room");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
   const Trajectories rest = follow(folder, 0, 9);
   ASSERT_EQ(rest.estimate.size(), 10u);
@@ -253,7 +248,7 @@ TEST(MotionOnRealData, CameraAtRestStaysWhereItIs) {
 }
 
 TEST(MotionOnRealData, TwoViewsOfARoomAreRegistered) {
-  const std::string folder = dataFolder("stereo_euroc_room");
+  const std::string folder = realData("stereo_euroc_room");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
   const Trajectories views = follow(folder, 10, 11);
   ASSERT_EQ(views.estimate.size(), 2u);
@@ -280,12 +275,8 @@ TEST(LongSteps, OutdoorsArePlacedByWhatLiesInSpace) {
   calibration.cx_right = calibration.camera.cx;
   calibration.baseline = params.sensor.baseline;
 
-  StageTable table;
-  registerBuiltinStages(table);
-  ConfigurationOverrides overrides;
-  overrides.assignments = {"motion_estimation.poses=ignore"};
   Pipeline pipeline(
-      loadConfiguration(PLANAR_MAPPING_SOURCE_DIR "/config/stereo_outdoor.yaml", table, overrides));
+      test::readyConfiguration("stereo_outdoor.yaml", {"motion_estimation.poses=ignore"}));
   std::vector<std::pair<Pose, Pose>> placed;  // true, found
   for (std::size_t i = 0; i < simulation.size(); i += 2) {
     const evaluation::SimulatedFrame simulated = simulation.frame(i);

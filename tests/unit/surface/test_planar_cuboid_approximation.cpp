@@ -12,6 +12,7 @@
 #include "planar_mapping/surface/cuboid_mesh.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
 
+namespace planar_mapping {
 namespace {
 
 /// A caller's own point type: nothing but x, y, z in an order of its own.
@@ -21,11 +22,6 @@ struct OwnPoint {
   float y = 0.0f;
   float x = 0.0f;
 };
-
-}  // namespace
-
-namespace planar_mapping {
-namespace {
 
 template <typename PointT>
 struct Input {
@@ -167,13 +163,6 @@ TEST(PlanarCuboidApproximation, ReconstructGivesTheBoxesAsAMesh) {
   EXPECT_EQ(mesh.polygons.size(), 6 * cuboids.size());
   EXPECT_EQ(mesh.cloud.width, 8 * cuboids.size());
 }
-
-}  // namespace
-
-}  // namespace planar_mapping
-
-namespace planar_mapping {
-namespace {
 
 TEST(CuboidMesh, FacesLookOutwardsAndEncloseTheVolume) {
   Cuboid cuboid;

@@ -25,7 +25,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/camera.h"
 
-namespace planar_mapping {
+namespace planar_mapping::detail {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -91,12 +91,6 @@ TEST(StereoNoise, RejectsWhatNoCameraHas) {
   EXPECT_THROW((StereoNoise{0.12, kInf, 0.5}.validate()), ParameterError);
 }
 
-}  // namespace
-}  // namespace planar_mapping
-
-namespace planar_mapping::detail {
-namespace {
-
 TEST(DidYouMean, FindsTheNearestWord) {
   const std::vector<std::string> words = {"distance_threshold_m", "min_inliers", "method"};
   EXPECT_EQ("; did you mean 'distance_threshold_m'?", didYouMean("distance_treshold_m", words));
@@ -112,12 +106,6 @@ TEST(DidYouMean, SaysNothingWhereNothingIsNear) {
   EXPECT_EQ("", didYouMean("method", {}));
   EXPECT_EQ("", didYouMean(std::string(100000, 'm'), words));
 }
-
-}  // namespace
-}  // namespace planar_mapping::detail
-
-namespace planar_mapping {
-namespace {
 
 // The published demo of PCG32: pcg32_srandom(42, 54).
 TEST(Random, MatchesThePublishedSequence) {
@@ -178,12 +166,6 @@ TEST(Random, NormalHasUnitVarianceAndLightTails) {
   EXPECT_NEAR(squares / kDraws, 1.0, 0.02);
   EXPECT_NEAR(beyond_two / double(kDraws), 0.0455, 0.004);
 }
-
-}  // namespace
-}  // namespace planar_mapping
-
-namespace planar_mapping::detail {
-namespace {
 
 /// Point i is (i, i + 1/4, i + 1/2).
 struct Cloud {
@@ -249,12 +231,6 @@ TEST(GatherPoints, ReadsAllPointsAtAnyStride) {
   }
 }
 
-}  // namespace
-}  // namespace planar_mapping::detail
-
-namespace planar_mapping {
-namespace {
-
 TEST(Parallel, CallsEveryChunkOnce) {
   for (const int threads : {0, 1, 2, 3, 8}) {
     for (const std::size_t chunks :
@@ -306,12 +282,6 @@ TEST(Parallel, ResolvesTheNumberOfThreads) {
   EXPECT_GE(resolveThreads(0), 1);
   EXPECT_GE(resolveThreads(-1), 1);
 }
-
-}  // namespace
-}  // namespace planar_mapping
-
-namespace planar_mapping::detail {
-namespace {
 
 struct Everything {
   int number = 0;

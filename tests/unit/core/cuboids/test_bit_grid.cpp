@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // Bits are dealt with by words; here each answer is compared with that of cell by cell.
 #include "cuboids/cover/bit_grid.h"
 

@@ -127,12 +127,6 @@ TEST(SetCover, NothingNeedsNoSet) {
   EXPECT_EQ(fewerSets(3, {{0, 1, 2}}, {0}), (std::vector<std::size_t>{0}));
 }
 
-}  // namespace
-}  // namespace planar_mapping::detail
-
-namespace planar_mapping {
-namespace {
-
 using test::boxesFor;
 using test::cellAt;
 
@@ -265,4 +259,4 @@ TEST(SplitAndMerge, NothingGivesNothingAndBadParametersAreNamed) {
 }
 
 }  // namespace
-}  // namespace planar_mapping
+}  // namespace planar_mapping::detail

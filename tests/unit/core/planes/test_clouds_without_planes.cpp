@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // Noise, foliage and crumpled cloth: what is found there is a phantom.
 #include <gtest/gtest.h>
 

@@ -156,18 +156,6 @@ TEST(DisparityPlanes, ABallIsNoPlane) {
   EXPECT_LT(most, scene.pixelsOf(0) / 5);
 }
 
-TEST(DisparityPlanes, ScatterIsNoPlane) {
-  Random random(5);
-  DepthScene scene(kWidth, kHeight, kFocal);
-  scene.addPlane({0.0, 0.0, 3.0}, {0.0, 0.0, 1.0});
-  scene.render(0.0, 0.0, 1);
-  for (std::size_t i = 0; i < scene.truth.size(); ++i) {
-    const auto scale = static_cast<float>(random.uniform(0.3, 2.0));
-    for (std::size_t axis = 0; axis < 3; ++axis) scene.xyz[3 * i + axis] *= scale;
-  }
-  EXPECT_TRUE(findPlanes(scene.view(), nullptr, stereo()).planes.empty());
-}
-
 TEST(DisparityPlanes, ThreadsAndOrderOfIndicesChangeNothing) {
   DepthScene scene = cornerOfARoom();
   render(scene, 0.25);

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // Edges between planes in white noise that is larger than how flat surfaces are.
 #include <gtest/gtest.h>
 

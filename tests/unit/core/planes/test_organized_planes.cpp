@@ -203,20 +203,6 @@ TEST(OrganizedPlanes, LeavesOutWhatThePlaneCutsOutOfABall) {
   }
 }
 
-TEST(OrganizedPlanes, FindsNoPlaneInRandomDepth) {
-  Random random(10);
-  std::vector<float> xyz;
-  for (int row = 0; row < 240; ++row) {
-    for (int column = 0; column < 320; ++column) {
-      const double z = random.uniform(1.0, 4.0);
-      xyz.push_back(static_cast<float>((column - 160) / 300.0 * z));
-      xyz.push_back(static_cast<float>((row - 120) / 300.0 * z));
-      xyz.push_back(static_cast<float>(z));
-    }
-  }
-  EXPECT_TRUE(findPlanes(PointsView(xyz.data(), 320, 240, 3), nullptr, organized()).planes.empty());
-}
-
 TEST(OrganizedPlanes, AnyThreadCountGivesTheSameBytes) {
   DepthScene scene = cornerOfARoom();
   scene.render(0.002, 0.1, 11);

@@ -12,7 +12,7 @@
 #include "registration/seen_through.h"
 #include "ring_scan.h"
 
-namespace planar_mapping {
+namespace planar_mapping::detail {
 namespace {
 
 PointsView scanOf(const std::vector<float>& xyz) {
@@ -203,12 +203,6 @@ TEST(SurfaceMap, AScanThatFitsTwiceWithinItsReachIsNotPlaced) {
     EXPECT_FALSE(map.locateFar(scanOf(cloud), Pose::Identity(), near).found);
   }
 }
-
-}  // namespace
-}  // namespace planar_mapping
-
-namespace planar_mapping::detail {
-namespace {
 
 /// What a sensor at the origin sees of a wall at z = depth, 2 m wide and high.
 SeenRanges wallAt(double depth) {

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // The cuboids of a map depend on its cells alone: not on how often they were asked for while it
 // grew, nor on who made them.
 #include <gtest/gtest.h>
@@ -12,6 +11,7 @@
 #include <set>
 #include <vector>
 
+#include "evaluation/cuboid_geometry.h"
 #include "noisy_sequence.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/map/planar_map.h"
@@ -19,17 +19,7 @@
 namespace planar_mapping {
 namespace {
 
-/// All that a cuboid says, as numbers to be compared exactly.
-std::vector<std::vector<double>> numbersOf(const PlanarMap& map) {
-  std::vector<std::vector<double>> numbers;
-  for (const Cuboid& c : map.cuboids()) {
-    const auto& q = c.orientation.coeffs();
-    numbers.push_back({c.center.x(), c.center.y(), c.center.z(), c.size.x(), c.size.y(), c.size.z(),
-                       q[0], q[1], q[2], q[3], static_cast<double>(c.plane_id),
-                       static_cast<double>(c.probability)});
-  }
-  return numbers;
-}
+using test::numbersOf;
 
 enum class Asked : std::uint8_t { Never, Quickly, Fully, InTurn };
 
@@ -56,19 +46,19 @@ PlanarMap walked(const std::vector<test::View>& views, int threads, Asked asked)
 
 TEST(Compaction, DoesNotDependOnTheNumberOfThreads) {
   const std::vector<test::View> views = test::noisyWalk({0, 1, 2, 3, 4, 5});
-  const std::vector<std::vector<double>> one = numbersOf(walked(views, 1, Asked::Fully));
-  ASSERT_GT(one.size(), 30u);
-  EXPECT_EQ(one, numbersOf(walked(views, 2, Asked::Fully)));
-  EXPECT_EQ(one, numbersOf(walked(views, 7, Asked::Fully)));
-  EXPECT_EQ(one, numbersOf(walked(views, 2, Asked::Quickly)));
+  const std::vector<double> one = numbersOf(walked(views, 1, Asked::Fully).cuboids());
+  ASSERT_GT(one.size(), 30u * 12u);
+  EXPECT_EQ(one, numbersOf(walked(views, 2, Asked::Fully).cuboids()));
+  EXPECT_EQ(one, numbersOf(walked(views, 7, Asked::Fully).cuboids()));
+  EXPECT_EQ(one, numbersOf(walked(views, 2, Asked::Quickly).cuboids()));
 }
 
 TEST(Compaction, DoesNotDependOnHowOftenCuboidsWereAskedFor) {
   const std::vector<test::View> views = test::noisyWalk({0, 1, 2, 3, 4, 5, 6});
-  const std::vector<std::vector<double>> never = numbersOf(walked(views, 2, Asked::Never));
-  EXPECT_EQ(numbersOf(walked(views, 2, Asked::Fully)), never);
-  EXPECT_EQ(numbersOf(walked(views, 2, Asked::Quickly)), never);
-  EXPECT_EQ(numbersOf(walked(views, 2, Asked::InTurn)), never);
+  const std::vector<double> never = numbersOf(walked(views, 2, Asked::Never).cuboids());
+  EXPECT_EQ(numbersOf(walked(views, 2, Asked::Fully).cuboids()), never);
+  EXPECT_EQ(numbersOf(walked(views, 2, Asked::Quickly).cuboids()), never);
+  EXPECT_EQ(numbersOf(walked(views, 2, Asked::InTurn).cuboids()), never);
 }
 
 TEST(Compaction, AQuickCountIsNeverLessAndSettlesWhereNothingChanges) {
@@ -158,7 +148,7 @@ TEST(Compaction, ClutterIsCoveredWithoutASearchAndCompletely) {
   const std::vector<std::uint8_t> bytes = map.serialize();
   const PlanarMap again = PlanarMap::deserialize(bytes.data(), bytes.size());
   EXPECT_EQ(again.clutteredRegions(), 1u);
-  EXPECT_EQ(numbersOf(again), numbersOf(map));
+  EXPECT_EQ(numbersOf(again.cuboids()), numbersOf(map.cuboids()));
   EXPECT_EQ(map.finished().clutteredRegions(), 0u);
   // Furniture and walls are far from it.
   EXPECT_EQ(walked(test::noisyWalk({0, 1}), 1, Asked::Fully).clutteredRegions(), 0u);

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <array>
 #include <vector>
 
+#include "evaluation/cuboid_geometry.h"
 #include "hostile_map_file.h"
 #include "map_scene.h"
 #include "noisy_sequence.h"
@@ -16,24 +16,12 @@ namespace {
 
 using namespace test;
 
-/// All that a cuboid says but its probability; -0 is 0.
-using Numbers = std::array<double, 11>;
-std::vector<Numbers> numbersOf(const std::vector<Cuboid>& cuboids) {
-  std::vector<Numbers> all;
-  for (const Cuboid& c : cuboids) {
-    const auto& q = c.orientation.coeffs();
-    all.push_back({c.center.x(), c.center.y(), c.center.z(), c.size.x(), c.size.y(), c.size.z(),
-                   q[0], q[1], q[2], q[3], static_cast<double>(c.plane_id)});
-  }
-  return all;
-}
-
 Vector3 somewhere(Random& random) {
   return {random.uniform(-3.0, 3.0), random.uniform(-2.0, 8.0), random.uniform(-1.0, 3.5)};
 }
 
 void expectSameAnswers(const PlanarMap& live, const PlanarMap& finished) {
-  EXPECT_EQ(numbersOf(finished.cuboids()), numbersOf(live.cuboids()));
+  EXPECT_EQ(numbersOf(finished.cuboids(), false), numbersOf(live.cuboids(), false));
   EXPECT_EQ(finished.unknownCells(), live.unknownCells());
   EXPECT_EQ(numbersOf(finished.unknownCuboids()), numbersOf(live.unknownCuboids()));
   Vector3 low, high, live_low, live_high;

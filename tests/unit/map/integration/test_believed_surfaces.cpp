@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // What a map makes of noise: which cells it believes, and where it puts a noisy surface.
 #include <gtest/gtest.h>
 

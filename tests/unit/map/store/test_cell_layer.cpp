@@ -10,6 +10,7 @@
 #include <tuple>
 #include <vector>
 
+#include "evaluation/cuboid_geometry.h"
 #include "noisy_sequence.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/map/planar_map.h"
@@ -131,12 +132,6 @@ TEST(CellLayer, StampsTheRegionsThatChangedOnly) {
   EXPECT_EQ(layer.regions.find(layer.regionKey(there))->frame, 7u);
 }
 
-}  // namespace
-}  // namespace planar_mapping::detail
-
-namespace planar_mapping {
-namespace {
-
 // Whatever is asked of a map between frames, and whether it is copied, saved and loaded meanwhile,
 // it goes on as if nothing had happened.
 
@@ -156,15 +151,8 @@ std::vector<double> answersOf(const PlanarMap& map, const std::vector<Vector3>& 
     answers.push_back(static_cast<double>(map.stateAt(place)));
     answers.push_back(map.occupancyAt(place));
   }
-  for (const Cuboid& c : map.cuboids()) {
-    for (int i = 0; i < 3; ++i) {
-      answers.push_back(c.center[i]);
-      answers.push_back(c.size[i]);
-    }
-    for (int i = 0; i < 4; ++i) answers.push_back(c.orientation.coeffs()[i]);
-    answers.push_back(c.plane_id);
-    answers.push_back(static_cast<double>(c.probability));
-  }
+  const std::vector<double> numbers = test::numbersOf(map.cuboids());
+  answers.insert(answers.end(), numbers.begin(), numbers.end());
   for (const MapPlane& p : map.planes()) {
     answers.push_back(p.id);
     answers.push_back(p.frames);
@@ -248,4 +236,4 @@ TEST(MapState, AnswersSeveralThreadsAtOnce) {
 }
 
 }  // namespace
-}  // namespace planar_mapping
+}  // namespace planar_mapping::detail

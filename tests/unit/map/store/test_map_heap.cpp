@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // PlanarMap::memoryBytes() against the allocator: this program counts the blocks that operator new
 // hands out.
 #include <gtest/gtest.h>

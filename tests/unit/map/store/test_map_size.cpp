@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // Bytes of the live map and of its file (issues 3 and 4), on scenes that any machine makes the
 // same.
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // Whatever happens to the cells of a raster, and whenever it is committed, it holds what a plain
 // map of cells would.
 #include "store/tile_raster.h"

@@ -114,23 +114,6 @@ TEST(UnknownSpace, DoesNotDependOnTheOrderOfFrames) {
   EXPECT_EQ(unknownOf({2, 0, 2, 3, 3, 1, 0}), expected);
 }
 
-TEST(UnknownSpace, IsForgottenOnceSeenFreeAndNeverComesBack) {
-  const Scene scene;
-  const Vector3 behind_box(-0.8, 3.6, 0.4);
-  const View front = look(scene, lookFrom({-0.8, -0.5, 0.8}));
-  const View above = look(scene, lookFrom({0.4, 1.8, 2.2}, 0.6, 0.7));
-  ASSERT_FALSE(isVisible(scene, front.pose.translation(), behind_box));
-  ASSERT_TRUE(isVisible(scene, above.pose.translation(), behind_box));
-  PlanarMap map(paramsAt(0.1));
-  map.insert(front.frame());
-  EXPECT_TRUE(map.isUnknown(behind_box));
-  EXPECT_EQ(map.occupancyAt(behind_box), 0.5);
-  map.insert(above.frame());
-  EXPECT_TRUE(map.isFree(behind_box));
-  map.insert(front.frame());
-  EXPECT_TRUE(map.isFree(behind_box));
-}
-
 TEST(UnknownSpace, IsCoveredExactlyByItsCuboids) {
   PlanarMap map(paramsAt(0.1));
   map.insert(look(Scene(), lookFrom({0.0, 0.0, 1.0})).frame());

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
+#include "map_scene.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
@@ -58,6 +61,38 @@ inline Frame simulatedFrame(const evaluation::Simulation& simulation, std::size_
     point.z = simulated.xyz[3 * i + 2];
   }
   return frame;
+}
+
+/// What a camera in a scene sees, as the pipeline takes it, with its pose given.
+inline Frame frameOf(const View& view) {
+  Frame frame;
+  frame.source = "test";
+  frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
+                        static_cast<std::uint32_t>(view.camera.height));
+  frame.camera = view.camera;
+  frame.given_pose = view.pose;
+  return frame;
+}
+
+/// Of stages as YAML lists them.
+inline Configuration configurationOf(const std::string& stages) {
+  StageTable table;
+  registerBuiltinStages(table);
+  return parseConfiguration("version: 1\nstages:\n" + stages, "test", table);
+}
+inline Pipeline pipelineOf(const std::string& stages) {
+  return Pipeline(configurationOf(stages));
+}
+
+/// One of the folder config/.
+inline Configuration readyConfiguration(const std::string& name,
+                                        const std::vector<std::string>& assignments = {}) {
+  StageTable table;
+  registerBuiltinStages(table);
+  ConfigurationOverrides overrides;
+  overrides.assignments = assignments;
+  return loadConfiguration(std::string(PLANAR_MAPPING_SOURCE_DIR) + "/config/" + name, table,
+                           overrides);
 }
 
 }  // namespace planar_mapping::test
