@@ -17,10 +17,10 @@
 #include <string>
 #include <vector>
 
+#include "pipeline_frames.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/stage_table.h"
-#include "pipeline_frames.h"
 
 namespace {
 
