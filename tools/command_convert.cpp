@@ -88,7 +88,7 @@ void addConvertCommand(CLI::App& app, int&) {
                     "Leave out what only further frames need (pmap: far fewer bytes)");
   command
       ->add_option("--cell", options.cell, "bt, ot, pgm: side of a cell, m [the map's resolution]")
-      ->check(CLI::PositiveNumber);
+      ->check(numberIn(1e-4, 1e6));
   command->add_option("--band", arguments->band,
                       "pgm: heights over the ground that count, m: LOW,HIGH [0.15,1.8]");
   command
@@ -102,7 +102,7 @@ void addConvertCommand(CLI::App& app, int&) {
   command
       ->add_option("--spacing", options.spacing,
                    "pcd: between points on a face, m [half the map's resolution]")
-      ->check(CLI::PositiveNumber);
+      ->check(numberIn(1e-4, 1e6));
   command
       ->add_option("--frame-id", options.frame_id, "json, csv, urdf, pgm: name of the map's frame")
       ->capture_default_str();

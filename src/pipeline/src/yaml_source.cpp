@@ -163,9 +163,7 @@ YAML::Node loadDocument(const std::string& text, ProblemList& problems) {
     problems.add(error.mark, "this is no YAML: " + error.msg);
     return nothing;
   }
-  problems.add(YAML::Mark(), text.find('\0') == std::string::npos
-                                 ? "the configuration is empty; it starts with 'version: 1'"
-                                 : "this is no text in UTF-8; save it as such");
+  problems.add(YAML::Mark(), "the configuration is empty; it starts with 'version: 1'");
   return nothing;
 }
 
