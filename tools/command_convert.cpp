@@ -42,7 +42,7 @@ void noteUnusedOptions(const CLI::App& command, const std::string& extension) {
       {"--surface", ".pcd"},      {"--spacing", ".pcd"}, {"--frame-id", ".json .csv .urdf .pgm"}};
   for (const auto& [option, formats] : kFormats) {
     if (command.count(option) > 0 && (formats + " ").find(extension + " ") == std::string::npos)
-      std::cerr << "planar_map: " << option << " is ignored: it is of " << formats << '\n';
+      std::cerr << "planar_map: " << option << " is ignored: it is for " << formats << '\n';
   }
 }
 
