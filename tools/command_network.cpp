@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "frame_command.h"
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/pipeline/front_end_source.h"
@@ -92,11 +93,12 @@ int run(const FrontendArguments& arguments) {
       [&arguments](const std::string& yaml) { return makeFrontEndSource(yaml, arguments); },
       options);
   if (result.interrupted) {
-    std::cerr << "planar_map: interrupted after " << countOf(result.frames_sent, "frame") << "\n";
+    std::cerr << "planar_map: interrupted after " << detail::counted(result.frames_sent, "frame")
+              << "\n";
     return kInterrupted;
   }
   if (!arguments.quiet)
-    std::cout << countOf(result.frames_sent, "frame") << " sent, " << result.bytes_sent
+    std::cout << detail::counted(result.frames_sent, "frame") << " sent, " << result.bytes_sent
               << " bytes\n";
   return kDone;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "frame_command.h"
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/sequence.h"
@@ -200,10 +201,11 @@ void printSummary(const RunResult& result) {
   const auto metrics = nlohmann::json::parse(result.metrics_json);
   const std::size_t frames = metrics["frames"], left_out = metrics["frames_skipped"];
   if (left_out > 0) std::cout << frames - left_out << " of ";
-  std::cout << countOf(frames, "frame") << ", " << metrics["points"]["valid"] << " points -> "
-            << countOf(metrics["planes"], "plane") << ", "
-            << countOf(metrics["cuboids"]["total"], "cuboid") << " (" << metrics["standard_cells"]
-            << " cells of a standard grid of " << metrics["resolution_m"] << " m)\n";
+  std::cout << detail::counted(frames, "frame") << ", " << metrics["points"]["valid"]
+            << " points -> " << detail::counted(metrics["planes"], "plane") << ", "
+            << detail::counted(metrics["cuboids"]["total"], "cuboid") << " ("
+            << metrics["standard_cells"] << " cells of a standard grid of "
+            << metrics["resolution_m"] << " m)\n";
   if (metrics["cluttered_regions"] > 0)
     std::cout << metrics["cluttered_regions"]
               << " regions are so cluttered that boxes cover them without a search for fewer\n";

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "frame_command.h"
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/evaluation/simulation.h"
@@ -96,9 +97,10 @@ void simulate(const SimulateArguments& arguments) {
     evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
   });
   if (!arguments.quiet)
-    std::cout << arguments.directory << ": " << countOf(simulation.size(), "frame") << " of "
-              << params.width << " x " << params.height << ", " << simulation.scene().objects.size()
-              << " objects, " << simulation.planes().size() << " planes\n";
+    std::cout << arguments.directory << ": " << detail::counted(simulation.size(), "frame")
+              << " of " << params.width << " x " << params.height << ", "
+              << simulation.scene().objects.size() << " objects, " << simulation.planes().size()
+              << " planes\n";
 }
 
 }  // namespace

@@ -104,11 +104,6 @@ CLI::Option* addChecked(CLI::App& command, const char* names, Value& value,
   return command.add_option(names, value, text)->capture_default_str()->check(check);
 }
 
-/// "1 plane", "2 planes".
-inline std::string countOf(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 /// Exactly N finite numbers with commas between them. \throws UsageError naming the option
 template <std::size_t N>
 std::array<double, N> numbersOf(const std::string& option, const std::string& text) {

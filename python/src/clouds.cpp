@@ -8,6 +8,7 @@
 
 #include "arrays.h"
 #include "frames.h"
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/io/cloud_file.h"
@@ -163,8 +164,8 @@ void addClouds(py::module_& module) {
       .def("inliers", &inliersOf, "plane"_a)
       .def("__len__", [](const Segmentation& self) { return self.planes.size(); })
       .def("__repr__", [](const Segmentation& self) {
-        return "<Segmentation of " + countOf(self.points, "point") + ": " +
-               countOf(self.planes.size(), "plane") + ">";
+        return "<Segmentation of " + detail::counted(self.points, "point") + ": " +
+               detail::counted(self.planes.size(), "plane") + ">";
       });
   module.def("segment", &segment, "xyz"_a, py::kw_only(), "distance_threshold"_a = 0.05,
              "min_inliers"_a = 100, "max_planes"_a = 0, "method"_a = "automatic",

@@ -23,11 +23,6 @@ struct Segmentation {
   std::size_t points = 0;
 };
 
-/// "1 plane", "2 planes".
-inline std::string countOf(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 /// What a word stands for.
 /// \throws InputError that lists the words there are
 template <typename T>

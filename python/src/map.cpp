@@ -13,6 +13,7 @@
 
 #include "arrays.h"
 #include "frames.h"
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/map_export.h"
@@ -209,7 +210,7 @@ py::array castRays(const SharedMap& self, const py::object& from, const py::obje
         const Vector3 direction = directions[directions.isSinglePoint() ? 0 : i];
         const std::optional<RayHit> hit = castRay(map, origin, direction, range, unknown);
         out[i] = hitOf(hit);
-        if (!hit)
+        if (!hit && through_unknown)
           out[i].state = static_cast<std::uint8_t>(stateAlong(map, origin, direction, range));
       } catch (const ParameterError& error) {
         throw ParameterError("ray " + std::to_string(i) + ": " + error.what());
@@ -289,9 +290,9 @@ auto rows() {
 
 std::string textOf(const SharedMap& self) {
   return self.read([](const PlanarMap& map) {
-    return "<PlanarMap of " + countOf(map.frames(), "frame") + ": " +
-           countOf(map.planes().size(), "plane") + ", " + countOf(map.cuboidCount(), "cuboid") +
-           ">";
+    return "<PlanarMap of " + detail::counted(map.frames(), "frame") + ": " +
+           detail::counted(map.planes().size(), "plane") + ", " +
+           detail::counted(map.cuboidCount(), "cuboid") + ">";
   });
 }
 

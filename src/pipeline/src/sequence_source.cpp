@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/frame.h"
 
@@ -45,10 +46,10 @@ std::vector<std::string> describe(const io::Sequence& sequence) {
   const char* const frames[] = {"cloud", "RGB-D frame", "image pair"};
   const char* const poses[] = {"no poses", "poses by VIEWPOINT", "poses of a file"};
   std::vector<std::string> notes = sequence.notes();
-  notes.insert(notes.begin(), sequence.layout() + ": " + std::to_string(count) + " " +
-                                  frames[static_cast<int>(sequence.kind())] +
-                                  (count == 1 ? "" : "s") + ", " +
-                                  poses[static_cast<int>(sequence.poseSource())]);
+  notes.insert(notes.begin(),
+               sequence.layout() + ": " +
+                   detail::counted(count, frames[static_cast<int>(sequence.kind())]) + ", " +
+                   poses[static_cast<int>(sequence.poseSource())]);
   return notes;
 }
 

@@ -4,13 +4,10 @@
 
 #include <algorithm>
 
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
-
-std::string number(std::size_t value, const char* thing) {
-  return std::to_string(value) + " " + thing + (value == 1 ? "" : "s");
-}
 
 std::vector<SeenFeature> usableFeatures(const std::vector<KeyFeature>& features,
                                         const FeatureCamera& camera) {
@@ -37,20 +34,20 @@ std::string reasonFor(const MotionEstimate& estimate, std::size_t features, std:
                       const MotionParams& params) {
   switch (estimate.status) {
     case MotionStatus::TooFewMatches:
-      return "only " + std::to_string(matches) + " of " + number(features, "feature") +
+      return "only " + std::to_string(matches) + " of " + counted(features, "feature") +
              " are known from earlier frames, " + std::to_string(params.min_matches) +
              " are needed";
     case MotionStatus::TooFewInliers:
       return "only " + std::to_string(estimate.inliers) + " of " +
-             number(matches, "known feature") +
+             counted(matches, "known feature") +
              " agree on a motion: wrong matches or moving things";
     case MotionStatus::Uncertain:
-      return "the " + number(estimate.inliers, "known feature") +
+      return "the " + counted(estimate.inliers, "known feature") +
              " that agree do not fix the pose well enough";
     case MotionStatus::Found:
       break;
   }
-  return "only " + std::to_string(estimate.inliers) + " of " + number(matches, "known feature") +
+  return "only " + std::to_string(estimate.inliers) + " of " + counted(matches, "known feature") +
          " agree on a jump";
 }
 

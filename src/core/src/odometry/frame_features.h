@@ -21,8 +21,6 @@ struct SeenFeature {
 /// Features with a usable position and a track of their own, by track.
 std::vector<SeenFeature> usableFeatures(const std::vector<KeyFeature>& features,
                                         const FeatureCamera& camera);
-/// "1 feature", "3 features".
-std::string number(std::size_t value, const char* thing);
 /// Why features do not fix a pose, a sentence without full stop; of a motion that was found and is
 /// not believed, see OdometryParams::jump_distance.
 std::string reasonFor(const MotionEstimate& estimate, std::size_t features, std::size_t matches,

@@ -11,6 +11,7 @@
 #include "odometry/local_map.h"
 #include "odometry/motion_refinement.h"
 #include "planar_mapping/core/base/detail/lists.h"
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
@@ -110,7 +111,7 @@ class Odometry::Implementation {
              OdometryResult& result) {
     const bool given = prior && prior->exact;
     if (!given && seen.size() < static_cast<std::size_t>(params_.motion.min_matches)) {
-      result.reason = "only " + detail::number(seen.size(), "feature") + " to start from, " +
+      result.reason = "only " + detail::counted(seen.size(), "feature") + " to start from, " +
                       std::to_string(params_.motion.min_matches) + " are needed";
       return;
     }
