@@ -293,13 +293,15 @@ TEST(MultiPlaneAutomatic, ChoosesByNumberOfPoints) {
   EXPECT_EQ(findPlanes(viewOf(xyz), &few, {}).diagnostics.method, PlaneSearchMethod::MultiRansac);
   const PointsView image(xyz.data(), 80u, 80u, 3);
   EXPECT_EQ(findPlanes(image, nullptr, {}).diagnostics.method, PlaneSearchMethod::Organized);
-  // Rows of an image whose neighbours are none in space.
+  // Rows whose neighbours are none in space.
+  addSquare(xyz, 80, 0.0f, 0.0f, 2.0f);
+  const PointsView two = viewOf(xyz);
   std::vector<float> mixed;
-  for (std::size_t i = 0; i < image.size; ++i)
-    for (int k = 0; k < 3; ++k) mixed.push_back(image.point(i * 1009 % image.size)[k]);
-  const PlaneSet found = findPlanes({mixed.data(), 80u, 80u, 3}, nullptr, {});
+  for (std::size_t i = 0; i < two.size; ++i)
+    for (int k = 0; k < 3; ++k) mixed.push_back(two.point(i * 5003 % two.size)[k]);
+  const PlaneSet found = findPlanes({mixed.data(), 160u, 80u, 3}, nullptr, {});
   EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::Sequential);
-  EXPECT_EQ(found.planes.size(), 1u);
+  EXPECT_EQ(found.planes.size(), 2u);
 }
 
 /// What 16 rings of a scanner see of a hall of 24 x 16 x 6.5 m: 0.6 m apart on its walls.
