@@ -17,12 +17,10 @@
 namespace planar_mapping {
 namespace {
 
-using Travelled = RealRun;
-
 /// Poses of frames [first, last) of a sequence beside the sources; given ones only measure.
-Travelled travel(const std::string& configuration_file, const std::vector<std::string>& inputs,
-                 int first, int last, int threads = 1, int step = 1, bool features = true,
-                 const std::string& poses = "ignore") {
+RealRun travel(const std::string& configuration_file, const std::vector<std::string>& inputs,
+               int first, int last, int threads = 1, int step = 1, bool features = true,
+               const std::string& poses = "ignore") {
   std::vector<std::string> assignments = {"motion_estimation.enabled=true",
                                           "motion_estimation.poses=" + poses,
                                           "threads=" + std::to_string(threads)};
@@ -31,7 +29,7 @@ Travelled travel(const std::string& configuration_file, const std::vector<std::s
 }
 
 /// Degrees between what the map takes for upwards and what is.
-double leanOf(const Travelled& travelled) {
+double leanOf(const RealRun& travelled) {
   const Vector3 up = travelled.given.front().linear().transpose() * Vector3::UnitZ();
   const Vector3 in_map = travelled.estimated.front().linear() * up;
   return std::atan2(in_map.head<2>().norm(), in_map.z()) * 180.0 / M_PI;
@@ -43,7 +41,7 @@ double leanOf(const Travelled& travelled) {
 TEST(RealMotion, PlainCabinetIsWalkedAround) {
   SKIP_IF_MISSING("rgbd_tum_cabinet");
   // Hardly any feature; turns of up to 17 degrees from frame to frame.
-  const Travelled cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1);
+  const RealRun cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1);
   EXPECT_EQ(0u, cabinet.skipped);
   const TrajectoryError error = trajectoryError(cabinet.estimated, cabinet.given);
   EXPECT_GT(error.path_length, 8.0);
@@ -54,12 +52,12 @@ TEST(RealMotion, PlainCabinetIsWalkedAround) {
 
 TEST(RealMotion, TiltedFirstViewDoesNotMakeTheMapLean) {
   SKIP_IF_MISSING("rgbd_tartanair_corridor");
-  const Travelled corridor = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, 12);
+  const RealRun corridor = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, 12);
   EXPECT_EQ(0u, corridor.skipped);
   EXPECT_LT(leanOf(corridor), 0.3);
   EXPECT_LT(trajectoryError(corridor.estimated, corridor.given).absolute_rms, 0.01);
   // Here the planes are too inexact to tell: level, which is not worse than before.
-  const Travelled room = travel("stereo_indoor.yaml", {"stereo_euroc_room"}, 0, 1);
+  const RealRun room = travel("stereo_indoor.yaml", {"stereo_euroc_room"}, 0, 1);
   EXPECT_LT(leanOf(room), 22.0);
 }
 
@@ -69,9 +67,9 @@ TEST(RealMotion, ViewsOfARoomAreRegisteredByTheirClouds) {
   std::vector<std::string> views;
   for (const char* number : {"1", "2", "3", "4", "5"})
     views.push_back(std::string("clouds_pcl/capture000") + number + ".pcd");
-  const Travelled forwards = travel("pcd_sequence.yaml", views, 0, -1);
+  const RealRun forwards = travel("pcd_sequence.yaml", views, 0, -1);
   std::reverse(views.begin(), views.end());
-  const Travelled backwards = travel("pcd_sequence.yaml", views, 0, -1);
+  const RealRun backwards = travel("pcd_sequence.yaml", views, 0, -1);
   ASSERT_EQ(5u, forwards.estimated.size());
   ASSERT_EQ(5u, backwards.estimated.size());
   for (std::size_t i = 0; i + 1 < 5; ++i) {
@@ -89,13 +87,13 @@ TEST(RealMotion, ScansFarApartAreRegisteredByTheirPlanes) {
   // Two scans of a room, 2 m and 41 degrees apart, with nothing known about it. The reference is
   // PCL's ICP from a guess by hand: (1.977, 0.057), 0.712 rad.
   const std::vector<std::string> scans = {"clouds_pcl/room_scan1.pcd", "clouds_pcl/room_scan2.pcd"};
-  const Travelled there = travel("pcd_sequence.yaml", scans, 0, -1);
+  const RealRun there = travel("pcd_sequence.yaml", scans, 0, -1);
   ASSERT_EQ(2u, there.estimated.size());
   const Pose step = there.estimated[0].inverse() * there.estimated[1];
   EXPECT_NEAR(1.977, step.translation().x(), 0.03);
   EXPECT_NEAR(0.057, step.translation().y(), 0.03);
   EXPECT_NEAR(0.712, Eigen::AngleAxisd(Matrix3(step.linear())).angle(), 0.01);
-  const Travelled back = travel("pcd_sequence.yaml", {scans[1], scans[0]}, 0, -1);
+  const RealRun back = travel("pcd_sequence.yaml", {scans[1], scans[0]}, 0, -1);
   ASSERT_EQ(2u, back.estimated.size());
   const Pose closed = step * (back.estimated[0].inverse() * back.estimated[1]);
   EXPECT_LT(closed.translation().norm(), 0.05);
@@ -105,13 +103,13 @@ TEST(RealMotion, ScansFarApartAreRegisteredByTheirPlanes) {
 TEST(RealMotion, FramesFarApartAreFound) {
   SKIP_IF_MISSING("rgbd_icl_livingroom");
   // Every twelfth frame, no features: steps of up to 1 m.
-  const Travelled sofa = travel("rgbd_indoor.yaml", {"rgbd_icl_livingroom"}, 0, -1, 1, 12, false);
+  const RealRun sofa = travel("rgbd_indoor.yaml", {"rgbd_icl_livingroom"}, 0, -1, 1, 12, false);
   EXPECT_EQ(0u, sofa.skipped);
   EXPECT_LT(trajectoryError(sofa.estimated, sofa.given).absolute_rms, 0.02);
 }
 
 /// Steps between frames that were used which are off by more than 5 degrees, or 10 cm and 5 %.
-std::size_t wrongSteps(const Travelled& travelled) {
+std::size_t wrongSteps(const RealRun& travelled) {
   std::size_t wrong = 0;
   for (std::size_t i = 1; i < travelled.estimated.size(); ++i) {
     const Pose found = travelled.estimated[i - 1].inverse() * travelled.estimated[i];
@@ -127,8 +125,7 @@ TEST(RealMotion, ABoxIsNotTakenForItsOtherSide) {
   SKIP_IF_MISSING("rgbd_tum_cabinet");
   // By depth alone the cabinet looks the same from behind, 180 degrees later.
   for (const int step : {4, 5}) {
-    const Travelled around =
-        travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1, 1, step, false);
+    const RealRun around = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1, 1, step, false);
     EXPECT_EQ(0u, wrongSteps(around)) << step;
     EXPECT_GT(around.skipped, 0u) << step;
   }
@@ -136,7 +133,7 @@ TEST(RealMotion, ABoxIsNotTakenForItsOtherSide) {
 
 TEST(RealMotion, FewViewsFarApartAreAllPlaced) {
   // Views of a room that share a third of what they see.
-  const Travelled room = travel("rgbd_indoor.yaml", {"rgbd_icl_five"}, 0, -1);
+  const RealRun room = travel("rgbd_indoor.yaml", {"rgbd_icl_five"}, 0, -1);
   EXPECT_EQ(0u, room.skipped);
   EXPECT_EQ(0u, wrongSteps(room));
 }
@@ -145,20 +142,20 @@ TEST(RealMotion, BigStepsAroundTheCabinetAreLeftOutBeforeTheyAreWrong) {
   SKIP_IF_MISSING("rgbd_tum_cabinet");
   // Its back looks like its front.
   for (const int step : {5, 8}) {
-    const Travelled cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1, 1, step);
+    const RealRun cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1, 1, step);
     EXPECT_EQ(0u, wrongSteps(cabinet)) << "every " << step;
   }
   // Gray values that agree by chance alone.
-  const Travelled fifth = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 5, 22, 1, 8);
+  const RealRun fifth = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 5, 22, 1, 8);
   EXPECT_EQ(0u, wrongSteps(fifth));
 }
 
 TEST(RealMotion, BigStepsAlongAPanelledCorridorAreFound) {
   SKIP_IF_MISSING("rgbd_tartanair_corridor");
-  const Travelled second = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, 24, 1, 2);
+  const RealRun second = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, 24, 1, 2);
   EXPECT_GE(second.estimated.size(), 11u);
   EXPECT_EQ(0u, wrongSteps(second));
-  const Travelled fourth = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, -1, 1, 4);
+  const RealRun fourth = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, -1, 1, 4);
   EXPECT_EQ(0u, wrongSteps(fourth));
 }
 
@@ -167,19 +164,19 @@ TEST(RealMotion, WhereThingsRepeatAFirstStepIsNotTakenForAStandstill) {
   // Two steps of about a metre in a corridor whose panels are as long: the views agree well where
   // the camera was.
   for (const int first : {0, 1, 2, 3, 4}) {
-    const Travelled corridor =
+    const RealRun corridor =
         travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, first, first + 11, 1, 5);
     EXPECT_EQ(0u, wrongSteps(corridor)) << "from " << first;
   }
   for (const int first : {3, 5}) {
-    const Travelled corridor =
+    const RealRun corridor =
         travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, first, first + 17, 1, 8);
     EXPECT_EQ(0u, wrongSteps(corridor)) << "from " << first;
   }
   for (const auto& [first, step] :
        {std::pair{3, 4}, {1, 6}, {3, 6}, {4, 6}, {2, 7}, {3, 7}, {2, 8}, {4, 8}}) {
-    const Travelled corridor = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, first,
-                                      first + 4 * step + 1, 1, step);
+    const RealRun corridor = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, first,
+                                    first + 4 * step + 1, 1, step);
     EXPECT_EQ(0u, wrongSteps(corridor)) << "every " << step << " from " << first;
   }
 }
@@ -221,8 +218,8 @@ TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
     const std::string& next = names[std::min(i + 1, names.size() - 1)];
     fs::create_symlink(fs::absolute(data / "depth" / next), folder / "depth" / names[i]);
   }
-  const Travelled without_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24);
-  const Travelled with_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24, 1, 1, true, "use");
+  const RealRun without_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24);
+  const RealRun with_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24, 1, 1, true, "use");
   fs::remove_all(folder);
   EXPECT_GE(without_poses.skipped, 20u);
   EXPECT_NE(std::string::npos, with_poses.warnings.find("contradicts the images"));
@@ -230,8 +227,8 @@ TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
 
 TEST(RealMotion, ThreadsDoNotChangeIt) {
   SKIP_IF_MISSING("rgbd_tum_cabinet");
-  const Travelled one = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 1);
-  const Travelled two = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 2);
+  const RealRun one = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 1);
+  const RealRun two = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 2);
   ASSERT_EQ(one.estimated.size(), two.estimated.size());
   for (std::size_t i = 0; i < one.estimated.size(); ++i)
     EXPECT_EQ(one.estimated[i].matrix(), two.estimated[i].matrix());
