@@ -58,20 +58,13 @@ py::object run(const Path& config, const py::object& inputs, const Path& out,
                bool overwrite, bool resume, const py::object& progress) {
   ConfigurationOverrides overrides;
   overrides.assignments = assignmentsOf(settings);
+  overrides.assigned_by = "settings: ";
   if (threads) overrides.assignments.push_back("threads=" + std::to_string(*threads));
   if (seed) overrides.assignments.push_back("seed=" + std::to_string(*seed));
   overrides.profile = profile;
   StageTable table;
   registerBuiltinStages(table);
-  Configuration configuration;
-  try {
-    configuration = loadConfiguration(config.string(), table, overrides);
-  } catch (const ConfigError& error) {
-    std::vector<std::string> problems = error.problems();
-    for (std::string& problem : problems)
-      if (problem.compare(0, 6, "--set ") == 0) problem.replace(0, 6, "settings: ");
-    throw ConfigError(problems);
-  }
+  Configuration configuration = loadConfiguration(config.string(), table, overrides);
   configuration.inputs = pathsOf(inputs);
   configuration.poses = poses.value_or(Path()).string();
   if (frames) configuration.frames = parseFrameSelection(*frames);

@@ -93,6 +93,15 @@ TEST(NavigationMap, OriginAndOrderOfRowsAreThoseOfMapServer) {
   EXPECT_EQ(map.picture(), (std::vector<std::string>{"???#", "....", "...."}));
 }
 
+TEST(NavigationMap, OriginIsWrittenAsAPersonWouldWriteIt) {
+  io::ExportedMap map = handMade();
+  map.resolution = 0.1;
+  map.cuboids = {box({-3.3, -0.7, 0.0}, {-3.0, 0.2, 1.0})};
+  map.free.clear();
+  const std::string yaml = io::writePgm(map, "m.pgm").at(1);
+  EXPECT_NE(yaml.find("\norigin: [-3.3, -0.7, 0]\n"), std::string::npos) << yaml;
+}
+
 TEST(NavigationMap, YamlNamesAnyFile) {
   for (const std::string name : {"floor #2", "it's: 1", "[a]", "- b", "plain_1"}) {
     const test::Exported file(io::writePgm, handMade(), name + ".pgm");

@@ -83,7 +83,7 @@ void ConfigurationReader::readProfile(const YAML::Node& value) {
   for (const std::string& assignment : overrides_.assignments) {
     if (assignment.compare(0, 8, "profile=") != 0) continue;
     readSetting("profile", YAML::Node(assignment.substr(8)),
-                problems_.elsewhere("--set " + assignment));
+                problems_.elsewhere(overrides_.assigned_by + assignment));
   }
   if (overrides_.profile)
     readSetting("profile", YAML::Node(*overrides_.profile),

@@ -122,7 +122,7 @@ void ConfigurationReader::readStageKeys(
 }
 
 void ConfigurationReader::applyAssignment(const std::string& assignment) {
-  const Report report = problems_.elsewhere("--set " + assignment);
+  const Report report = problems_.elsewhere(overrides_.assigned_by + assignment);
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0)
     return report("is not of the form stage.key=value");

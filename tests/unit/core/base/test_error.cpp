@@ -346,5 +346,11 @@ TEST(StateArchive, HugeCountsTakeNoMemory) {
   EXPECT_THROW(restoreState(texts, bytes), Error);
 }
 
+TEST(Counted, OneIsSingular) {
+  EXPECT_EQ(counted(0, "frame"), "0 frames");
+  EXPECT_EQ(counted(1, "frame"), "1 frame");
+  EXPECT_EQ(counted(2, "frame"), "2 frames");
+}
+
 }  // namespace
 }  // namespace planar_mapping::detail

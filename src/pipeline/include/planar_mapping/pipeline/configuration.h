@@ -64,6 +64,7 @@ PLANAR_MAPPING_EXPORT bool hasStageWith(const Configuration& configuration, Stag
 /// What the command line says on top of the file.
 struct ConfigurationOverrides {
   std::vector<std::string> assignments;  ///< "stage.key=value" or "key=value"
+  std::string assigned_by = "--set ";    ///< stands before an assignment in messages
   std::optional<std::string> profile;
 };
 
