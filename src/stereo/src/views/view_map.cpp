@@ -87,8 +87,7 @@ bool isEnough(ViewGuess known, bool leaves_open, std::size_t inliers, const Supp
   }
   if (known == ViewGuess::Nothing)
     return confirmed && inliers > 0 && score > (leaves_open ? kStrong : kStrict);
-  const bool by_gray_values = leaves_open && inliers == 0;
-  return (confirmed || many) && score > (by_gray_values ? kStrict : kOfPlace);
+  return (confirmed || many) && score > kOfPlace;
 }
 
 /// The pose of many features, where none else has half of them. Very many are enough where what
