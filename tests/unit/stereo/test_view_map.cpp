@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/stereo/detail/view_map.h"
 #include "stereo_images.h"
 
@@ -27,15 +26,8 @@ struct Shot {
   PointsView cloud() const { return {xyz.data(), 320u, 240u, 3}; }
 };
 
-/// Repeats with the period along x; too faint for features.
-double faintWave(double x, double y, double period) {
-  const double turns = 2.0 * M_PI * x / period;
-  return 128.0 + 3.0 * (std::sin(3.0 * turns) + std::sin(4.0 * turns) + std::sin(25.0 * y));
-}
-
 /// A wall across the view, seen from x, y before it and turned by \p yaw, radians.
-/// \param waves  in place of patches
-Shot shoot(const Pose& T_world_camera, double period, std::uint64_t seed, bool waves = false) {
+Shot shoot(const Pose& T_world_camera, double period, std::uint64_t seed) {
   const PinholeCamera pinhole = camera();
   Shot shot;
   shot.image = {320, 240, 1, {}};
@@ -48,8 +40,7 @@ Shot shoot(const Pose& T_world_camera, double period, std::uint64_t seed, bool w
           const Vector3 ray = T_world_camera.linear() * pinhole.rayOf(column + offset, row + other);
           depth = (kWall - T_world_camera.translation().z()) / ray.z();
           const Vector3 hit = T_world_camera.translation() + depth * ray;
-          tone += 0.25 * (waves ? faintWave(hit.x(), hit.y(), period)
-                                : test::wallTone(hit.x(), hit.y(), period, seed));
+          tone += 0.25 * test::wallTone(hit.x(), hit.y(), period, seed);
         }
       }
       shot.image.pixels.push_back(static_cast<std::uint8_t>(std::lround(tone)));
@@ -140,49 +131,6 @@ TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
     // Where it is expected, it is.
     const Pose near = poseAt(step);
     EXPECT_EQ(map.check(see(map, shot), near, &near, false), PoseVerdict::Confirmed);
-  }
-}
-
-/// Noise of depths, as of stereo, closes no direction.
-TEST(ViewMap, BricksThatRepeatAreNoPlaceHoweverDepthsScatter) {
-  constexpr double kBrick = 0.25;  // metres
-  ViewMapParams noisy = params();
-  noisy.camera.depth_error_growth = 0.02;
-  ViewMap map(noisy);
-  Random random(11);
-  const auto seeBricks = [&](double x) {
-    Shot shot = shoot(poseAt(x), kBrick, 2);
-    for (std::size_t i = 0; i < shot.xyz.size(); i += 3) {
-      const double factor = 1.0 + noisy.camera.depthError(kWall) / kWall * random.normal();
-      for (std::size_t k = i; k < i + 3; ++k) shot.xyz[k] *= static_cast<float>(factor);
-    }
-    return see(map, shot);
-  };
-  map.insert(seeBricks(0.0), poseAt(0.0));
-  const ViewMap::ViewPtr view = seeBricks(0.1);
-  EXPECT_EQ(ViewMap::openAxesOf(view).size(), 2u);
-  for (const double x : {0.1, 0.1 + kBrick}) {
-    const ViewMap::Location found = map.locate(view, poseAt(0.0), {{poseAt(x)}}, ViewGuess::Place);
-    EXPECT_FALSE(found.found) << x;
-    EXPECT_NE(found.reason.find("looks the same"), std::string::npos) << found.reason;
-  }
-}
-
-/// What repeats a little nearer than noise can tell places apart, 1.2 m here, is no place either.
-TEST(ViewMap, WavesNearerThanAnotherPlaceAreNoPlace) {
-  constexpr double kPeriod = 1.1;  // metres
-  ViewMapParams noisy = params();
-  noisy.camera.depth_error_growth = 0.09;
-  ViewMap map(noisy);
-  map.insert(see(map, shoot(poseAt(0.0), kPeriod, 0, true)), poseAt(0.0));
-  for (const double x : {0.05, 0.1}) {
-    const ViewMap::ViewPtr view = see(map, shoot(poseAt(x), kPeriod, 0, true));
-    for (const double wrong : {0.0, kPeriod}) {
-      const ViewMap::Location found =
-          map.locate(view, poseAt(0.0), {{poseAt(x + wrong)}}, ViewGuess::Place);
-      EXPECT_FALSE(found.found) << x << " " << wrong;
-      EXPECT_NE(found.reason.find("looks the same"), std::string::npos) << found.reason;
-    }
   }
 }
 

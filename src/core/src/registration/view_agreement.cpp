@@ -70,26 +70,16 @@ void spreadDepths(ViewCells& view) {
   }
 }
 
-/// Normals between points so far apart that noise turns them little.
-Matrix3 facingOf(const ViewCells& view, const FeatureCamera& noise) {
-  constexpr double kMaxTurn = 0.3;  // radians, of one normal
-  constexpr int kMinStep = 2;       // cells
-  const int width = view.camera.width;
-  const int height = view.camera.height;
-  const int max_step = std::max(kMinStep, std::min(width, height) / 3);
+Matrix3 facingOf(const ViewCells& view) {
   Matrix3 sum = Matrix3::Zero();
   int count = 0;
-  for (int r = 0; r < height; r += 2) {
-    for (int c = 0; c < width; c += 2) {
+  const int width = view.camera.width;
+  for (int r = 0; r + 2 < view.camera.height; r += 2) {
+    for (int c = 0; c + 2 < width; c += 2) {
       const Eigen::Vector3f& p = view.points[static_cast<std::size_t>(r) * width + c];
-      if (p.z() <= 0.0f) continue;
-      const double apart = M_SQRT2 * noise.depthError(p.z()) / kMaxTurn;  // metres
-      const int step = std::clamp(static_cast<int>(std::ceil(apart * view.camera.fx / p.z())),
-                                  kMinStep, max_step);
-      if (r + step >= height || c + step >= width) continue;
-      const Eigen::Vector3f& right = view.points[static_cast<std::size_t>(r) * width + c + step];
-      const Eigen::Vector3f& below = view.points[static_cast<std::size_t>(r + step) * width + c];
-      if (right.z() <= 0.0f || below.z() <= 0.0f) continue;
+      const Eigen::Vector3f& right = view.points[static_cast<std::size_t>(r) * width + c + 2];
+      const Eigen::Vector3f& below = view.points[static_cast<std::size_t>(r + 2) * width + c];
+      if (p.z() <= 0.0f || right.z() <= 0.0f || below.z() <= 0.0f) continue;
       const Vector3 normal = (right - p).cross(below - p).cast<double>().normalized();
       if (!normal.allFinite()) continue;
       sum += normal * normal.transpose();
@@ -181,7 +171,7 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
 }  // namespace
 
 ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
-                      const PinholeCamera& camera, const FeatureCamera& noise) {
+                      const PinholeCamera& camera) {
   if (static_cast<int>(cloud.width) != camera.width ||
       static_cast<int>(cloud.height) != camera.height) {
     throw InputError("the cloud of a view has another size than its camera");
@@ -224,7 +214,7 @@ ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
   }
   spreadDepths(view);
   view.tones = tonesOf(means, view.camera.width, view.camera.height);
-  view.facing = facingOf(view, noise);
+  view.facing = facingOf(view);
   return view;
 }
 

@@ -309,7 +309,7 @@ bool FrameLocator::agrees([[maybe_unused]] const Pose& T_world_sensor,
   if (verdict == PoseVerdict::Confirmed && !mayHaveSlid(T_world_sensor)) return true;
   // Without texture nothing keeps a camera from sliding along what its view leaves open.
   if (verdict == PoseVerdict::Unknown)
-    return likely || (follows(T_world_sensor, expected) && ViewMap::openAxesOf(view_).empty());
+    return likely || (follows(T_world_sensor, expected) && !ViewMap::leavesOpen(view_));
   doubt_ = verdict == PoseVerdict::Doubtful  ? "earlier views hardly speak for the pose they give"
            : verdict == PoseVerdict::Refused ? "earlier views contradict the pose they give"
                                              : kLooksTheSame;
@@ -329,15 +329,10 @@ bool FrameLocator::follows(const Pose& T_world_sensor, const Pose& expected) con
 /// seems to be where more of the known is seen, and not where it would be if it had gone on.
 bool FrameLocator::mayHaveSlid(const Pose& T_world_sensor) const {
   constexpr double kOff = 0.5;  // metres, or of the way
-  if (lost_ == 0) return false;
+  if (lost_ == 0 || !ViewMap::leavesOpen(view_)) return false;
   const Vector3 expected = odometry_.expectedPose().translation();
   const double way = (expected - last_pose_->translation()).norm();
-  const Vector3 off =
-      T_world_sensor.linear().transpose() * (T_world_sensor.translation() - expected);
-  const std::vector<Vector3> open = ViewMap::openAxesOf(view_);
-  return std::any_of(open.begin(), open.end(), [&](const Vector3& axis) {
-    return std::abs(axis.dot(off)) > kOff * std::max(1.0, way);
-  });
+  return (T_world_sensor.translation() - expected).norm() > kOff * std::max(1.0, way);
 }
 #endif
 

@@ -5,8 +5,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
+#include "cv_image.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
@@ -19,8 +21,6 @@ constexpr double kMinOverlap = 0.1;  // of the cells
 constexpr double kSameTurn = 8.0;    // cells
 constexpr double kMaxShift = 2.5;    // metres
 constexpr double kMatchRatio = 0.85;
-constexpr double kNearlyBest = 0.75;  // of a score that a cell beside it has
-constexpr double kValley = 0.5;       // likewise, between what repeats
 
 /// Largest standard deviation of the position, metres.
 double errorOf(const MotionEstimate& estimate) {
@@ -53,6 +53,30 @@ std::size_t offOnePlane(const std::vector<const FeatureMatch*>& points, std::uin
   return points.size() - most;
 }
 
+/// Depth between pixels: on one surface interpolated, else of the nearest surface around.
+double depthAt(const std::vector<float>& depths, int width, int height, double column, double row) {
+  constexpr float kSameSurface = 0.02f;  // of the depth
+  const int left = static_cast<int>(column);
+  const int top = static_cast<int>(row);
+  if (left < 0 || top < 0 || left + 1 >= width || top + 1 >= height) return 0.0;
+  const float* at = depths.data() + static_cast<std::size_t>(top) * width + left;
+  const float around[] = {at[0], at[1], at[width], at[width + 1]};
+  float nearest = std::numeric_limits<float>::infinity();
+  float farthest = 0.0f;
+  bool all = true;
+  for (const float depth : around) {
+    all = all && depth > 0.0f;
+    if (depth > 0.0f) nearest = std::min(nearest, depth);
+    farthest = std::max(farthest, depth);
+  }
+  if (farthest <= 0.0f) return 0.0;
+  if (!all || farthest - nearest > kSameSurface * nearest) return nearest;
+  const double a = column - left;
+  const double b = row - top;
+  return (1.0 - b) * ((1.0 - a) * around[0] + a * around[1]) +
+         b * ((1.0 - a) * around[2] + a * around[3]);
+}
+
 /// Where a view shows a point that another one sees, if it is not hidden and seen from about the
 /// same side and distance, where a feature looks much the same.
 /// \param point  in the frame of the other view
@@ -82,6 +106,36 @@ std::optional<FeatureSighting> expectedAt(const ViewMap::View& view, const Vecto
 }
 
 }  // namespace
+
+ViewMap::View::View(const io::Image& image, const PointsView& cloud, const PinholeCamera& pinhole)
+    : gray_(io::toGray(image)), camera_(pinhole) {
+  cells = viewCellsOf(gray_.pixels.data(), cloud, pinhole);
+  depths_.resize(cloud.size);
+  for (std::size_t i = 0; i < cloud.size; ++i) {
+    const float depth = cloud[i][2];
+    depths_[i] = std::isfinite(depth) && depth > 0.0f ? depth : 0.0f;
+  }
+}
+
+void ViewMap::View::detect(const ViewMapParams& params) {
+  if (detected_) return;
+  detected_ = true;
+  FeatureTrackerParams detection;
+  detection.detector = FeatureDetector::Sift;
+  detection.detection_threshold = 0.015;  // half the usual contrast: plain walls have some
+  const detail::OpenCvThreads threads(params.threads);
+  const detail::DetectedFeatures found =
+      detail::detectFeatures(detail::matOf(gray_), detection, params.max_features);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const detail::Detection& place = found.places[i];
+    const double depth = depthAt(depths_, camera_.width, camera_.height, place.column, place.row);
+    if (!(depth > 0.0)) continue;
+    sightings.push_back({place.column, place.row, 1.0 / depth});
+    descriptors.add(found.descriptors, i);
+  }
+  gray_ = io::Image();
+  depths_ = {};
+}
 
 void ViewMap::PlacedViews::insert(const ViewPtr& view, const Pose& T_world_sensor) {
   views_.push_back({view, T_world_sensor});
@@ -222,33 +276,15 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::shiftedOf(
   const double step = shiftOfACell(view.cells);
   for (const Vector3& axis : openAxes(view.cells)) {
     for (const double sign : {-1.0, 1.0}) {
-      std::vector<Hypothesis> along;
-      std::size_t first = 0;  // beyond min_shift
-      for (double shift = step; shift <= kMaxShift; shift += step) {
-        Hypothesis one{pose};
-        one.pose.translation() += sign * shift * (pose.linear() * axis);
-        one.support = supportOf(view, one.pose, 2 * kCoarseView);
-        along.push_back(one);
-        if (shift < min_shift) first = along.size();
+      Hypothesis one;
+      one.support.score = kHopelessView;
+      for (double shift = min_shift; shift <= kMaxShift; shift += step) {
+        Pose shifted = pose;
+        shifted.translation() += sign * shift * (pose.linear() * axis);
+        const Support support = supportOf(view, shifted, 2 * kCoarseView);
+        if (support.score > one.support.score) one = {shifted, support, 0};
       }
-      if (first == along.size()) continue;
-      const auto scoreAt = [&](std::size_t i) { return along[i].support.score; };
-      std::size_t highest = first;
-      for (std::size_t i = first; i < along.size(); ++i)
-        if (scoreAt(i) > scoreAt(highest)) highest = i;
-      if (scoreAt(highest) <= kHopelessView) continue;
-      best.push_back(along[highest]);
-      double lowest = scoreAt(0);
-      for (std::size_t i = 1; i < highest; ++i) {
-        lowest = std::min(lowest, scoreAt(i));
-        if (i < first / 2 || scoreAt(i) < scoreAt(i + 1) || lowest > kValley * scoreAt(i) ||
-            scoreAt(i) < kNearlyBest * scoreAt(highest)) {
-          continue;
-        }
-        best.push_back(along[i]);
-        best.back().repeats = true;
-        break;
-      }
+      if (one.support.score > kHopelessView) best.push_back(one);
     }
   }
   return best;

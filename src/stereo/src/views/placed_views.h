@@ -16,8 +16,7 @@ namespace planar_mapping {
 class ViewMap::View {
  public:
   View() = default;
-  View(const io::Image& image, const PointsView& cloud, const PinholeCamera& pinhole,
-       const FeatureCamera& noise);
+  View(const io::Image& image, const PointsView& cloud, const PinholeCamera& pinhole);
 
   /// Finds the features; image and depth are not needed any more then.
   void detect(const ViewMapParams& params);
@@ -66,11 +65,9 @@ class ViewMap::PlacedViews {
     double error = 0.0;           ///< largest standard deviation of its position, metres
     std::size_t off_plane = 0;    ///< of them, not on the plane that holds most
     bool fits = false;            ///< see PoseCandidate
-    bool repeats = false;         ///< another one is as this, a little farther along what is open
   };
 
   explicit PlacedViews(const ViewMapParams& params) : params_(params) { params.validate(); }
-  const ViewMapParams& params() const { return params_; }
 
   void insert(const ViewPtr& view, const Pose& T_world_sensor);
   bool empty() const { return views_.empty(); }
@@ -84,8 +81,7 @@ class ViewMap::PlacedViews {
                     bool goes_on = false) const;
   /// To the next maximum of the correlation.
   void climb(const View& view, Hypothesis& hypothesis) const;
-  /// The best of each side along each axis that is open, farther than \p min_shift; and the nearest
-  /// about as good from half of that on, if what lies between is far worse: what repeats.
+  /// The best of each side along each axis that is open.
   std::vector<Hypothesis> shiftedOf(const View& view, const Pose& pose, double min_shift) const;
   /// Whether few of the features that the views next to a pose have, and that the view would show
   /// from about the same side, look the same where they would be: things repeat, or another wall

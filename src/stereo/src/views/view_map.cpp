@@ -188,14 +188,11 @@ bool repeats(const Views& views, const ViewMap::View& view, const Pose& pose,
     return expected == nullptr ? 0.0 : (at.translation() - expected->translation()).norm();
   };
   const double surprise = surpriseOf(pose);
-  const double elsewhere = std::max(views.shiftToElsewhere(view), 0.5 * surprise);
   const Support here = views.supportOf(view, pose, 2 * kCoarseView);
-  for (Hypothesis& one : views.shiftedOf(view, pose, elsewhere)) {
-    if (one.repeats) {
-      views.climb(view, one);
-      one.support = views.supportOf(view, one.pose, 2 * kCoarseView);
-    }
-    if (surpriseOf(one.pose) <= 3.0 * surprise && isComparable(one.support, here)) return true;
+  for (const Hypothesis& one :
+       views.shiftedOf(view, pose, std::max(views.shiftToElsewhere(view), 0.5 * surprise))) {
+    const bool is_near = surpriseOf(one.pose) <= 3.0 * surprise;
+    if (is_near && isComparable(one.support, here)) return true;
   }
   return false;
 }
@@ -220,11 +217,8 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
   sortBySupport(apart);
   const Hypothesis best = apart.front();
   // What it may be confused with, also: the same shifted along what is open.
-  const double elsewhere = views.shiftToElsewhere(view);
-  for (Hypothesis& one : views.shiftedOf(view, best.pose, elsewhere)) {
+  for (Hypothesis& one : views.shiftedOf(view, best.pose, views.shiftToElsewhere(view))) {
     views.climb(view, one);
-    one.repeats =
-        one.repeats && (one.pose.translation() - best.pose.translation()).norm() > 0.5 * elsewhere;
     apart.push_back(one);
   }
   constexpr double kOfOverlap = 0.25;
@@ -232,7 +226,7 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
   const bool one_wall = known != ViewGuess::Motion && isOneWall(views, view, best.pose);
   double rival = 0.0;
   for (const Hypothesis& one : apart) {
-    if (!one.repeats && views.isSamePlace(view, one.pose, best.pose)) continue;
+    if (views.isSamePlace(view, one.pose, best.pose)) continue;
     if (isComparable(one, best) ||
         (known != ViewGuess::Motion && isRival(one, best, leaves_open)) ||
         (one_wall && one.support.score > kComparable * best.support.score &&
@@ -243,22 +237,19 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
     rival = std::max(rival, one.support.score);
   }
   // Many features tell the pose better than gray values do.
-  std::size_t inliers = best.inliers;
-  for (const Hypothesis& one : apart) {
-    if (views.isSamePlace(view, one.pose, best.pose) && isComparable(one.support, best.support))
-      inliers = std::max(inliers, one.inliers);
-  }
   location.T_world_sensor = best.pose;
   for (const Hypothesis& one : found) {
-    if (inliers >= kManyInliers && one.inliers == inliers) location.T_world_sensor = one.pose;
+    if (best.inliers >= kManyInliers && one.inliers == best.inliers) {
+      location.T_world_sensor = one.pose;
+    }
   }
   const Support support = views.supportOf(view, location.T_world_sensor, 1);
   if (one_wall && support.overlap < kMinOverlapOfWall && support.score < kStrong &&
-      (rival > kFarBehind * support.score || (inliers == 0 && support.score < kStrict))) {
+      (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
     location.reason = kLooksTheSame;
   } else {
-    location.found =
-        isEnough(known, leaves_open, inliers, support, rival, Views::distance(best.pose, guess));
+    location.found = isEnough(known, leaves_open, best.inliers, support, rival,
+                              Views::distance(best.pose, guess));
   }
   return location;
 }
@@ -279,7 +270,7 @@ ViewMap& ViewMap::operator=(ViewMap&&) noexcept = default;
 ViewMap::ViewPtr ViewMap::see(const io::Image& image, const PointsView& cloud,
                               const PinholeCamera& camera) const {
   io::requireSound(image, "colour");
-  return std::make_shared<View>(image, cloud, camera, views_->params().camera);
+  return std::make_shared<View>(image, cloud, camera);
 }
 
 void ViewMap::insert(const ViewPtr& view, const Pose& T_world_sensor) {
@@ -322,8 +313,8 @@ bool ViewMap::fitsBetter(const ViewPtr& view, const Pose& one, const Pose& other
          a.overlap > kMinOverlap * b.overlap;
 }
 
-std::vector<Vector3> ViewMap::openAxesOf(const ViewPtr& view) {
-  return openAxes(view->cells);
+bool ViewMap::leavesOpen(const ViewPtr& view) {
+  return !openAxes(view->cells).empty();
 }
 
 bool ViewMap::fitsBadly(const ViewPtr& view, const Pose& T_world_sensor) const {

@@ -74,9 +74,8 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   /// gray values no worse. A turn and a shift that make up for each other hardly move what lies at
   /// one depth, so that features alone may confuse them.
   bool fitsBetter(const ViewPtr& view, const Pose& one, const Pose& other) const;
-  /// Directions that what is seen leaves open, in which walls and panels may repeat; unit length,
-  /// frame of the view.
-  static std::vector<Vector3> openAxesOf(const ViewPtr& view);
+  /// Whether what is seen leaves a direction open, in which walls and panels may repeat.
+  static bool leavesOpen(const ViewPtr& view);
   /// Whether depths agree so badly that there may be a pose where they do better.
   bool fitsBadly(const ViewPtr& view, const Pose& T_world_sensor) const;
 
