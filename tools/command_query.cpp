@@ -69,8 +69,11 @@ Json answerRay(const PlanarMap& map, const std::string& text, const Arguments& a
       castRay(map, origin, direction, arguments.range,
               arguments.through_unknown ? UnknownSpaceIs::Transparent : UnknownSpaceIs::AnObstacle);
   Json answer = {{"origin", toJson(origin)}, {"direction", toJson(direction)}};
-  answer["state"] =
-      toString(hit ? hit->state : stateAlong(map, origin, direction, arguments.range));
+  const auto passed = [&] {  // a ray that unknown space stops met none
+    return arguments.through_unknown ? stateAlong(map, origin, direction, arguments.range)
+                                     : CellState::Free;
+  };
+  answer["state"] = toString(hit ? hit->state : passed());
   if (!hit) return answer;
   answer["distance_m"] = hit->distance;
   answer["point"] = toJson(hit->point);

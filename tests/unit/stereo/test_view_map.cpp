@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/stereo/detail/view_map.h"
 #include "stereo_images.h"
 
@@ -131,6 +132,31 @@ TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
     // Where it is expected, it is.
     const Pose near = poseAt(step);
     EXPECT_EQ(map.check(see(map, shot), near, &near, false), PoseVerdict::Confirmed);
+  }
+}
+
+/// Noise of depths, as of stereo, closes no direction.
+TEST(ViewMap, BricksThatRepeatAreNoPlaceHoweverDepthsScatter) {
+  constexpr double kBrick = 0.25;  // metres
+  ViewMapParams noisy = params();
+  noisy.camera.depth_error_growth = 0.02;
+  ViewMap map(noisy);
+  Random random(11);
+  const auto seeBricks = [&](double x) {
+    Shot shot = shoot(poseAt(x), kBrick, 2);
+    for (std::size_t i = 0; i < shot.xyz.size(); i += 3) {
+      const double factor = 1.0 + noisy.camera.depthError(kWall) / kWall * random.normal();
+      for (std::size_t k = i; k < i + 3; ++k) shot.xyz[k] *= static_cast<float>(factor);
+    }
+    return see(map, shot);
+  };
+  map.insert(seeBricks(0.0), poseAt(0.0));
+  const ViewMap::ViewPtr view = seeBricks(0.1);
+  EXPECT_TRUE(ViewMap::leavesOpen(view));
+  for (const double x : {0.1, 0.1 + kBrick}) {
+    const ViewMap::Location found = map.locate(view, poseAt(0.0), {{poseAt(x)}}, ViewGuess::Place);
+    EXPECT_FALSE(found.found) << x;
+    EXPECT_NE(found.reason.find("looks the same"), std::string::npos) << found.reason;
   }
 }
 

@@ -70,23 +70,34 @@ void spreadDepths(ViewCells& view) {
   }
 }
 
-Matrix3 facingOf(const ViewCells& view) {
+/// Of normals between points so far apart that noise turns them little. Without any nothing holds a
+/// camera.
+Matrix3 facingOf(const ViewCells& view, const FeatureCamera& noise) {
+  constexpr double kMaxTurn = 0.6;  // radians, of one normal
+  constexpr int kMinStep = 2;       // cells
+  const int width = view.camera.width;
+  const int height = view.camera.height;
+  const int max_step = std::max(kMinStep, std::min(width, height) / 3);
   Matrix3 sum = Matrix3::Zero();
   int count = 0;
-  const int width = view.camera.width;
-  for (int r = 0; r + 2 < view.camera.height; r += 2) {
-    for (int c = 0; c + 2 < width; c += 2) {
+  for (int r = 0; r < height; r += 2) {
+    for (int c = 0; c < width; c += 2) {
       const Eigen::Vector3f& p = view.points[static_cast<std::size_t>(r) * width + c];
-      const Eigen::Vector3f& right = view.points[static_cast<std::size_t>(r) * width + c + 2];
-      const Eigen::Vector3f& below = view.points[static_cast<std::size_t>(r + 2) * width + c];
-      if (p.z() <= 0.0f || right.z() <= 0.0f || below.z() <= 0.0f) continue;
+      if (p.z() <= 0.0f) continue;
+      const double apart = M_SQRT2 * noise.depthError(p.z()) / kMaxTurn;  // metres
+      const int step = std::clamp(static_cast<int>(std::ceil(apart * view.camera.fx / p.z())),
+                                  kMinStep, max_step);
+      if (r + step >= height || c + step >= width) continue;
+      const Eigen::Vector3f& right = view.points[static_cast<std::size_t>(r) * width + c + step];
+      const Eigen::Vector3f& below = view.points[static_cast<std::size_t>(r + step) * width + c];
+      if (right.z() <= 0.0f || below.z() <= 0.0f) continue;
       const Vector3 normal = (right - p).cross(below - p).cast<double>().normalized();
       if (!normal.allFinite()) continue;
       sum += normal * normal.transpose();
       ++count;
     }
   }
-  return count > 0 ? Matrix3(sum / count) : Matrix3(Matrix3::Identity() / 3.0);
+  return count > 0 ? Matrix3(sum / count) : Matrix3(Matrix3::Zero());
 }
 
 /// One way: the cells of \p from where \p to looked.
@@ -171,7 +182,7 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
 }  // namespace
 
 ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
-                      const PinholeCamera& camera) {
+                      const PinholeCamera& camera, const FeatureCamera& noise) {
   if (static_cast<int>(cloud.width) != camera.width ||
       static_cast<int>(cloud.height) != camera.height) {
     throw InputError("the cloud of a view has another size than its camera");
@@ -214,7 +225,7 @@ ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
   }
   spreadDepths(view);
   view.tones = tonesOf(means, view.camera.width, view.camera.height);
-  view.facing = facingOf(view);
+  view.facing = facingOf(view, noise);
   return view;
 }
 

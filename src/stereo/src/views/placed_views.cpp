@@ -107,9 +107,10 @@ std::optional<FeatureSighting> expectedAt(const ViewMap::View& view, const Vecto
 
 }  // namespace
 
-ViewMap::View::View(const io::Image& image, const PointsView& cloud, const PinholeCamera& pinhole)
+ViewMap::View::View(const io::Image& image, const PointsView& cloud, const PinholeCamera& pinhole,
+                    const FeatureCamera& noise)
     : gray_(io::toGray(image)), camera_(pinhole) {
-  cells = viewCellsOf(gray_.pixels.data(), cloud, pinhole);
+  cells = viewCellsOf(gray_.pixels.data(), cloud, pinhole, noise);
   depths_.resize(cloud.size);
   for (std::size_t i = 0; i < cloud.size; ++i) {
     const float depth = cloud[i][2];

@@ -16,7 +16,8 @@ namespace planar_mapping {
 class ViewMap::View {
  public:
   View() = default;
-  View(const io::Image& image, const PointsView& cloud, const PinholeCamera& pinhole);
+  View(const io::Image& image, const PointsView& cloud, const PinholeCamera& pinhole,
+       const FeatureCamera& noise);
 
   /// Finds the features; image and depth are not needed any more then.
   void detect(const ViewMapParams& params);
@@ -68,6 +69,7 @@ class ViewMap::PlacedViews {
   };
 
   explicit PlacedViews(const ViewMapParams& params) : params_(params) { params.validate(); }
+  const ViewMapParams& params() const { return params_; }
 
   void insert(const ViewPtr& view, const Pose& T_world_sensor);
   bool empty() const { return views_.empty(); }

@@ -270,7 +270,7 @@ ViewMap& ViewMap::operator=(ViewMap&&) noexcept = default;
 ViewMap::ViewPtr ViewMap::see(const io::Image& image, const PointsView& cloud,
                               const PinholeCamera& camera) const {
   io::requireSound(image, "colour");
-  return std::make_shared<View>(image, cloud, camera);
+  return std::make_shared<View>(image, cloud, camera, views_->params().camera);
 }
 
 void ViewMap::insert(const ViewPtr& view, const Pose& T_world_sensor) {

@@ -26,9 +26,11 @@ struct PLANAR_MAPPING_EXPORT ViewCells {
 
 /// \param gray   row major, of the size of the camera; null = no image, tones are zero
 /// \param cloud  organized, of that size, camera frame
+/// \param noise  its depth error
 /// \throws InputError if the cloud has another size
 PLANAR_MAPPING_EXPORT ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
-                                            const PinholeCamera& camera);
+                                            const PinholeCamera& camera,
+                                            const FeatureCamera& noise);
 
 /// How far two views agree under a motion.
 struct ViewAgreement {
