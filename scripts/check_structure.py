@@ -4,12 +4,15 @@
 - No folder under src/*/src, src/*/include, tests or tools holds more than 25 files.
 - Folders of one module do not include each other in a circle (docs/architecture.md, "Rooms").
 - Modules include only modules that they link, and the diagram of docs/architecture.md shows these links.
+- The sources hold what scripts/sensitivity.py switches off.
 """
 import collections
 import os
 import re
 import subprocess
 import sys
+
+import sensitivity
 
 MAX_FILES = 25
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
@@ -144,6 +147,11 @@ def main():
             problems.append(f"docs/architecture.md: no arrow {target} --> {module}, which is linked")
         for target in sorted(arrows[module] - targets):
             problems.append(f"docs/architecture.md: an arrow {target} --> {module}, which is not linked")
+
+    for mechanism, end, text, _ in sensitivity.MECHANISMS:
+        path = os.path.join(ROOT, "src/core/src", end)
+        if not os.path.exists(path) or text not in sensitivity.read(path):
+            problems.append(f"scripts/sensitivity.py, {mechanism}: not in {end}")
 
     print("\n".join(problems) if problems else "structure: no problem found")
     return 1 if problems else 0

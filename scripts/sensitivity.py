@@ -63,7 +63,7 @@ MECHANISMS = [
     ("correlation of noise", "planes/organized/metric_fit.cpp", "  if (samples.size() < kMinSamples) return RangeNoise().correlated_pixels;",
      "  if (OFF || samples.size() < kMinSamples) return RangeNoise().correlated_pixels;"),
     ("wide windows", "planes/organized/metric_growing.cpp", "  if (wide) wide_fits_", "  if (wide && !OFF) wide_fits_"),
-    ("noise of a doubtful plane", "planes/disparity/disparity_doubt.cpp",
+    ("noise of a doubtful plane", "planes/disparity/disparity_planes.cpp",
      "  if (list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;",
      "  if (OFF || list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;"),
     ("uncertain directions", "planes/disparity/disparity_planes.cpp", "  dropUncertain(planes, pixels,", "  if (!OFF) dropUncertain(planes, pixels,"),
