@@ -38,6 +38,22 @@ DERIVED = {
     "cuboids/cover_search:kApartBits": "boxes reach one half cell beyond what they hold",
     "planes/disparity/disparity_fit:kFewest": "points that make a plane",
     "geometry/cloud_origin:kEarth": "coordinates of a country are below the radius of the earth",
+    "planes/surface_leaves:kMinThickness": "RMS thickness of two faces, one with a sixth of the points",
+}
+# Measured by hand on other inputs.
+ELSEWHERE = {
+    "cuboids/compact_cover:kMaxSlant": "the tolerance of a cover; 0.75, 0.9: ICL living room occupied % 1.17 > 1.35, 1.70, "
+                                       "cuboids 47 > 45, 41 (kMaxSlantedCells 0)",
+    "cuboids/compact_cover:kMaxSlantedCells": "0: ICL living room occupied % 1.24 > 1.17, cuboids 44 > 47 / twice: 1.24 > 1.34, 44 > 43; "
+                                              "TartanAir 0.25 > 0.34, 163 > 163",
+    "cuboids/cover/lattice_cover:kMaxMoreBoxes": "no limit: no cuboid fewer, covers of the KITTI street 1.6 > 2.7 s",
+    "geometry/cloud_origin:kNear": "half: two scans of nuScenes are merged / twice: nothing",
+    "odometry/odometry:kDrift": "0.04 / 0.25, `poses=prior`, position mm rms: TartanAir exact 7.8 > 16.8 / 3.7, with 31 mm of noise 12.5 > 21.2 / 13.7; "
+                                "cabinet 22.2 > 26.0 / 17.0, 30.3 > 31.5 / 27.1; ICL 8.7 > 10.2 / 6.7, 14.7 > 18.0 / 15.0; these three chose it",
+    "planes/unorganized/far_rings:kMinPoints": "2: on planes 78.9 > 79.3 %, of another object 244 > 261 points / 6: 77.9 %, 218",
+    "planes/unorganized/leaf_planes:kAgreeAlongSides": "half, twice and a quarter: nothing in 42 rooms of walls along cells (`test_sequential_planes`); "
+                                                       "0: 10 of them lose a wall",
+    "registration/view_agreement:kMaxTurn": "[bricks](motion.md#how-the-motion-is-found)",
 }
 # Inputs of the constants below a folder (the first that fits); see groups().
 IMAGES = ["metric", "metric_white", "disparity", "disparity_white"]
@@ -377,10 +393,10 @@ def short(value):
 
 def row_of(key, entry, results, base):
     value = entry["text"]
-    if entry["technical"]:
-        return [key, value, "technical", ""]
     if key in DERIVED:
         return [key, value, "derived: " + DERIVED[key], ""]
+    if entry["technical"]:
+        return [key, value, "technical", ""]
     if key not in results:
         return [key, value, "not measured", ""]
     cells = []
@@ -465,6 +481,8 @@ Made by `scripts/sensitivity.py`, which says how. Each constant is halved and do
 Inputs: random rooms and yards of the seeds 941 to 948, 961 and 962 (`benchmarks/sensitivity`), the room `white` of seeds 951 and 971, every 9th, 13th and
 17th frame of `rgbd_icl_livingroom` from the second on. No page of `docs/dev` names them as what chose a constant of core; the living room took part in the
 choice of `rim_pixels` of `rgbd_indoor.yaml`. `labelled` are clouds of [results](../results.md), some of which did choose; they are for mechanisms only.
+What was measured *elsewhere*, by hand, says on what; `isMerged()` has seven of its thresholds in
+[automatic parameters](automatic_parameters.md#merged-clouds-ismerged).
 """
 
 
@@ -480,7 +498,10 @@ def markdown(rows, state):
         row = row_of("off:" + mechanism, {"text": end, "technical": False}, state["results"], state["base"])
         lines.append(f"| {mechanism} | `{end}` | {row[3].replace('off: ', '') or row[2]} |")
     lines += ["", "## Constants", "", "| constant | value | kind | half and twice |", "|---|---|---|---|"]
-    lines += ["| " + " | ".join(cell.replace("|", "or") for cell in row) + " |" for row in rows]
+    for row in rows:
+        if row[0] in ELSEWHERE:
+            row[3] = "; elsewhere: ".join(filter(None, (row[3], ELSEWHERE[row[0]])))
+        lines.append("| " + " | ".join(cell.replace("|", "or") for cell in row) + " |")
     return "\n".join(lines) + "\n"
 
 
