@@ -95,7 +95,7 @@ class SurfaceMap::Implementation {
     constexpr double kAsGood = 0.9;      // likewise, for what is that place
     std::vector<CloudRegistration> found;
     for (const CloudRegistration& place : placesFar(cloud, guess)) {
-      if (place.found && place.known) found.push_back(place);
+      if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
     }
     if (near.found) found.push_back(near);
     const CloudRegistration best = bestOf(found);

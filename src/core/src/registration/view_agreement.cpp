@@ -70,11 +70,9 @@ void spreadDepths(ViewCells& view) {
   }
 }
 
-/// Of normals between points so far apart that noise turns them little. Without any nothing holds a
-/// camera.
-Matrix3 facingOf(const ViewCells& view, const FeatureCamera& noise) {
-  constexpr double kMaxTurn = 0.6;  // radians, of one normal
-  constexpr int kMinStep = 2;       // cells
+/// \param max_turn  by noise, of one normal, radians
+Matrix3 facingOf(const ViewCells& view, const FeatureCamera& noise, double max_turn) {
+  constexpr int kMinStep = 2;  // cells
   const int width = view.camera.width;
   const int height = view.camera.height;
   const int max_step = std::max(kMinStep, std::min(width, height) / 3);
@@ -84,7 +82,7 @@ Matrix3 facingOf(const ViewCells& view, const FeatureCamera& noise) {
     for (int c = 0; c < width; c += 2) {
       const Eigen::Vector3f& p = view.points[static_cast<std::size_t>(r) * width + c];
       if (p.z() <= 0.0f) continue;
-      const double apart = M_SQRT2 * noise.depthError(p.z()) / kMaxTurn;  // metres
+      const double apart = M_SQRT2 * noise.depthError(p.z()) / max_turn;  // metres
       const int step = std::clamp(static_cast<int>(std::ceil(apart * view.camera.fx / p.z())),
                                   kMinStep, max_step);
       if (r + step >= height || c + step >= width) continue;
@@ -97,7 +95,7 @@ Matrix3 facingOf(const ViewCells& view, const FeatureCamera& noise) {
       ++count;
     }
   }
-  return count > 0 ? Matrix3(sum / count) : Matrix3(Matrix3::Zero());
+  return count > 0 ? Matrix3(sum / count) : Matrix3(Matrix3::Identity() / 3.0);
 }
 
 /// One way: the cells of \p from where \p to looked.
@@ -187,6 +185,7 @@ ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
       static_cast<int>(cloud.height) != camera.height) {
     throw InputError("the cloud of a view has another size than its camera");
   }
+  constexpr double kMaxTurn = 0.3;  // radians: squared, well below what openAxes() calls open
   const int side = std::max(1, camera.width / kColumns);
   ViewCells view;
   view.camera = camera;
@@ -225,7 +224,8 @@ ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
   }
   spreadDepths(view);
   view.tones = tonesOf(means, view.camera.width, view.camera.height);
-  view.facing = facingOf(view, noise);
+  view.facing = facingOf(view, noise, kMaxTurn);
+  view.facing_nearby = facingOf(view, noise, INFINITY);
   return view;
 }
 
@@ -247,9 +247,9 @@ ViewAgreement agreementOf(const ViewCells& now, const ViewCells& before, const P
   return worse;
 }
 
-std::vector<Vector3> openAxes(const ViewCells& view) {
+std::vector<Vector3> openAxes(const Matrix3& facing) {
   constexpr double kOpen = 0.15;  // of the normals
-  const Eigen::SelfAdjointEigenSolver<Matrix3> axes(view.facing);
+  const Eigen::SelfAdjointEigenSolver<Matrix3> axes(facing);
   if (axes.eigenvalues()[1] < kOpen) {
     // One wall is all there is: along its rows and columns, as things repeat that way.
     const Vector3 normal = axes.eigenvectors().col(2);

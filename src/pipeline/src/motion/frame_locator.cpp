@@ -13,8 +13,9 @@ namespace {
 constexpr double kStep = 1.0;         // metres
 constexpr double kTurn = M_PI / 3.0;  // radians
 constexpr const char* kLooksTheSame = "it looks the same from another place";
-constexpr int kFewLost = 1;   // frames: then the camera sees what it saw before them
-constexpr int kManyLost = 5;  // frames: then nobody knows where what spins has gone
+constexpr double kLittleFits = 0.5;  // of a cloud: it may fit better a little farther
+constexpr int kFewLost = 1;          // frames: then the camera sees what it saw before them
+constexpr int kManyLost = 5;         // frames: then nobody knows where what spins has gone
 
 /// Are two poses less than so many metres and radians apart?
 bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
@@ -150,7 +151,8 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
                         isNear(far->prior->T_world_sensor, near.T_world_sensor, 0.15, 0.1);
       return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
     }
-    if (near.found && wasDrawnFar(frame, near.T_world_sensor, expected)) {
+    const bool fits_little = isPartial(frame) && !isSeen() && near.fraction < kLittleFits;
+    if (near.found && (fits_little || wasDrawnFar(frame, near.T_world_sensor, expected))) {
       const CloudRegistration only =
           surfaces_->locateFar(pointsOf(*frame.cloud), guess, near, lost_);
       if (only.found && (lost_ <= kFewLost || isNear(guess, only.T_world_sensor, kStep, kTurn)))

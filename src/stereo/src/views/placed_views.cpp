@@ -275,7 +275,7 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::shiftedOf(
     const View& view, const Pose& pose, double min_shift) const {
   std::vector<Hypothesis> best;
   const double step = shiftOfACell(view.cells);
-  for (const Vector3& axis : openAxes(view.cells)) {
+  for (const Vector3& axis : openAxes(view.cells.facing)) {
     for (const double sign : {-1.0, 1.0}) {
       Hypothesis one;
       one.support.score = kHopelessView;

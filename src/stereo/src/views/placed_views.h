@@ -24,8 +24,8 @@ class ViewMap::View {
   template <typename Archive>
   void visitState(Archive& archive) {
     archive(cells.camera, cells.points, cells.nearest, cells.farthest, cells.tones, cells.facing,
-            sightings, descriptors, gray_.width, gray_.height, gray_.channels, gray_.pixels,
-            camera_, depths_, detected_);
+            cells.facing_nearby, sightings, descriptors, gray_.width, gray_.height, gray_.channels,
+            gray_.pixels, camera_, depths_, detected_);
   }
 
   ViewCells cells;

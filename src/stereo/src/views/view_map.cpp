@@ -177,7 +177,7 @@ const Hypothesis* byItsCloud(const Views& views, const ViewMap::View& view,
 /// Whether the view, or the one next to it, sees little but one wall.
 bool isOneWall(const Views& views, const ViewMap::View& view, const Pose& T_world_sensor) {
   const ViewMap::View& next = views.nextTo(T_world_sensor);
-  return openAxes(view.cells).size() > 1 || openAxes(next.cells).size() > 1;
+  return openAxes(view.cells.facing).size() > 1 || openAxes(next.cells.facing).size() > 1;
 }
 
 /// Whether the view agrees as well with the others where it is shifted along what is open, about
@@ -222,7 +222,7 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
     apart.push_back(one);
   }
   constexpr double kOfOverlap = 0.25;
-  const bool leaves_open = !openAxes(view.cells).empty();
+  const bool leaves_open = !openAxes(view.cells.facing).empty();
   const bool one_wall = known != ViewGuess::Motion && isOneWall(views, view, best.pose);
   double rival = 0.0;
   for (const Hypothesis& one : apart) {
@@ -314,7 +314,7 @@ bool ViewMap::fitsBetter(const ViewPtr& view, const Pose& one, const Pose& other
 }
 
 bool ViewMap::leavesOpen(const ViewPtr& view) {
-  return !openAxes(view->cells).empty();
+  return !openAxes(view->cells.facing_nearby).empty();
 }
 
 bool ViewMap::fitsBadly(const ViewPtr& view, const Pose& T_world_sensor) const {

@@ -220,6 +220,22 @@ TEST(SurfaceMap, APlaceThatWasFoundHasToBeTheBestOfAll) {
   EXPECT_FALSE(map.locateFar(viewOf(cloud), kWrongGuess, wrong).found);
 }
 
+/// Next to the guess floor and walls are enough to tell where more fits.
+TEST(SurfaceMap, BesideAPlaceWhereLittleFitsTheOneWhereMoreDoesIsTaken) {
+  Random random(8);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(view(kFirst, 0.001, random, Scene::Corner)), kFirst);
+  const Pose moved = cameraAt(0.1, 0.05, 0.5, 0.1, 0.35);
+  const auto cloud = view(moved, 0.001, random, Scene::Corner);
+  CloudRegistration wrong;
+  wrong.found = true;
+  wrong.T_world_sensor = cameraAt(0.22, 0.05, 0.5, 0.1, 0.35);
+  wrong.fraction = 0.3;
+  const CloudRegistration best = map.locateFar(viewOf(cloud), kFirst, wrong);
+  ASSERT_TRUE(best.found);
+  EXPECT_LT(motionDifference(moved.inverse(), best.T_world_sensor.inverse()).norm(), 0.03);
+}
+
 TEST(SurfaceMap, DoesNotGuessAmongCornersThatLookAlike) {
   // Floor and two walls fix a place, but a map of one corner fits any other.
   Random random(8);

@@ -19,7 +19,9 @@ struct PLANAR_MAPPING_EXPORT ViewCells {
   std::vector<float> nearest;           ///< depth in the cell and around it; 0: none in the cell
   std::vector<float> farthest;          ///< likewise
   std::vector<float> tones;             ///< gray values freed of local mean and contrast
-  Matrix3 facing = Matrix3::Zero();     ///< mean of n n^T over the normals of the points
+  /// Mean of n n^T over the normals of points so far apart that noise turns them little.
+  Matrix3 facing = Matrix3::Zero();
+  Matrix3 facing_nearby = Matrix3::Zero();  ///< likewise, of neighbours, however noise turns them
 
   bool empty() const { return points.empty(); }
 };
@@ -60,7 +62,8 @@ PLANAR_MAPPING_EXPORT ViewAgreement agreementOf(const ViewCells& now, const View
                                                 const FeatureCamera& noise, int step = 1);
 
 /// Axes along which the surfaces of a view leave it open where it is, its own frame, unit length.
-PLANAR_MAPPING_EXPORT std::vector<Vector3> openAxes(const ViewCells& view);
+/// \param facing  of ViewCells
+PLANAR_MAPPING_EXPORT std::vector<Vector3> openAxes(const Matrix3& facing);
 
 /// The shift that moves what is seen by one cell, metres.
 PLANAR_MAPPING_EXPORT double shiftOfACell(const ViewCells& view);
