@@ -89,10 +89,6 @@ bool FrameLocator::isSeen() const {
 #endif
 }
 
-bool FrameLocator::isEnough(const OdometryResult& by_features) const {
-  return by_features.inliers >= static_cast<std::size_t>(enough_inliers_);
-}
-
 std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
   const OdometryResult by_features = odometry_.locate(frame.key_features);
   std::optional<Pose> placed;
@@ -217,6 +213,15 @@ bool FrameLocator::isAmbiguous([[maybe_unused]] const Pose& T_world_sensor) cons
   const PoseVerdict verdict =
       views_->check(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr, false);
   return verdict == PoseVerdict::Ambiguous || verdict == PoseVerdict::Doubtful;
+#else
+  return false;
+#endif
+}
+
+bool FrameLocator::isRefused([[maybe_unused]] const Pose& T_world_sensor) const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  return isSeen() &&
+         views_->check(view_, T_world_sensor, &T_world_sensor, false) == PoseVerdict::Refused;
 #else
   return false;
 #endif

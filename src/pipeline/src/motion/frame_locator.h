@@ -27,6 +27,7 @@ class FrameLocator {
   FrameLocator(const OdometryParams& params, const SurfaceMapParams* surface, int enough_inliers);
 
   Odometry& odometry() { return odometry_; }
+  const Odometry& odometry() const { return odometry_; }
   bool usesClouds() const { return surfaces_.has_value(); }
 
   /// The frame that the next calls are about. Views of images that are aligned otherwise are
@@ -61,6 +62,8 @@ class FrameLocator {
   /// Whether the image hardly agrees with a pose, or as well with one farther along what the view
   /// leaves open.
   bool isAmbiguous(const Pose& T_world_sensor) const;
+  /// Whether the image, if it can be compared, contradicts a pose.
+  bool isRefused(const Pose& T_world_sensor) const;
   /// Why place() found nothing.
   const std::string& doubt() const { return doubt_; }
   /// Why the frame could not be registered.
@@ -83,7 +86,9 @@ class FrameLocator {
   bool isSearchedFor() const;
   bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;
-  bool isEnough(const OdometryResult& by_features) const;
+  bool isEnough(const OdometryResult& by_features) const {
+    return by_features.inliers >= static_cast<std::size_t>(enough_inliers_);
+  }
   PoseCandidate candidateOf(const CloudRegistration& by_cloud) const;
   void noteCloud(const CloudRegistration& by_cloud);
 

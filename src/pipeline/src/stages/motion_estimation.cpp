@@ -196,7 +196,7 @@ void MotionEstimationStage::registerFrame(Frame& frame, bool given) {
     prior = PosePrior{*frame.given_pose,
                       poseCovariance(keys_.given_position_error, keys_.given_orientation_error),
                       keys_.poses == Poses::Use, true};
-    if (const auto warning = given_.contradictionOf(frame, odometry, locator_->lastPose()))
+    if (const auto warning = given_.contradictionOf(frame, *locator_))
       frame.warnings.push_back(*warning);
     if (keys_.poses == Poses::Prior && frame.key_features.empty()) {
       prior->T_world_sensor = priorByCloud(frame);
@@ -271,8 +271,8 @@ std::optional<PosePrior> MotionEstimationStage::start(Frame& frame) {
 
 std::string MotionEstimationStage::saveState() const {
   StateWriter writer;
-  writer(out_of_order_, given_.contradicted, given_.agreed, given_.T_world_given,
-         given_.uncorrected, locator_.has_value());
+  writer(out_of_order_, given_, given_.before ? given_.before->saveState() : std::string(),
+         locator_.has_value());
   if (locator_)
     writer(keys_.odometry.camera, keys_.surface.cell, keys_.surface.reach, locator_->usesClouds(),
            locator_->saveState());
@@ -282,8 +282,8 @@ std::string MotionEstimationStage::saveState() const {
 void MotionEstimationStage::loadState(const std::string& bytes) {
   StateReader reader(bytes);
   bool is_prepared = false;
-  reader(out_of_order_, given_.contradicted, given_.agreed, given_.T_world_given,
-         given_.uncorrected, is_prepared);
+  std::string before;
+  reader(out_of_order_, given_, before, is_prepared);
   if (is_prepared) {
     bool with_clouds = false;
     std::string locator;
@@ -291,6 +291,7 @@ void MotionEstimationStage::loadState(const std::string& bytes) {
     startLocator(with_clouds);
     locator_->loadState(locator);
   }
+  if (!before.empty()) given_.before.emplace(keys_.odometry).loadState(before);
   reader.finish();
 }
 
