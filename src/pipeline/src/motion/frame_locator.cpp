@@ -13,9 +13,8 @@ namespace {
 constexpr double kStep = 1.0;         // metres
 constexpr double kTurn = M_PI / 3.0;  // radians
 constexpr const char* kLooksTheSame = "it looks the same from another place";
-constexpr double kLittleFits = 0.5;  // of a cloud: it may fit better a little farther
-constexpr int kFewLost = 1;          // frames: then the camera sees what it saw before them
-constexpr int kManyLost = 5;         // frames: then nobody knows where what spins has gone
+constexpr int kFewLost = 1;   // frames: then the camera sees what it saw before them
+constexpr int kManyLost = 5;  // frames: then nobody knows where what spins has gone
 
 /// Are two poses less than so many metres and radians apart?
 bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
@@ -147,8 +146,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
                         isNear(far->prior->T_world_sensor, near.T_world_sensor, 0.15, 0.1);
       return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
     }
-    const bool fits_little = isPartial(frame) && !isSeen() && near.fraction < kLittleFits;
-    if (near.found && (fits_little || wasDrawnFar(frame, near.T_world_sensor, expected))) {
+    if (near.found && isDoubtful(frame, near, expected)) {
       const CloudRegistration only =
           surfaces_->locateFar(pointsOf(*frame.cloud), guess, near, lost_);
       if (only.found && (lost_ <= kFewLost || isNear(guess, only.T_world_sensor, kStep, kTurn)))
@@ -237,13 +235,16 @@ Pose FrameLocator::expectedPose(const Frame& frame) const {
   return by_cloud_ && last_pose_ ? *last_pose_ : odometry_.expectedPose();
 }
 
-/// Whether no image tells if a cloud fits where it was drawn to, which is not where it was
-/// expected.
-bool FrameLocator::wasDrawnFar(const Frame& frame, const Pose& T_world_sensor,
-                               const Pose& expected) const {
+/// Whether no image tells if a cloud lies where it was drawn to: of a camera little of it does, a
+/// scan is not where it was expected.
+bool FrameLocator::isDoubtful(const Frame& frame, const CloudRegistration& near,
+                              const Pose& expected) const {
+  constexpr double kLittle = 0.5;  // it may lie better a little farther
   constexpr double kDrawn = 0.3;   // metres
   constexpr double kTurned = 0.2;  // radians
-  return !isPartial(frame) && !isSeen() && !isNear(expected, T_world_sensor, kDrawn, kTurned);
+  if (isSeen()) return false;
+  return isPartial(frame) ? near.fraction < kLittle
+                          : !isNear(expected, near.T_world_sensor, kDrawn, kTurned);
 }
 
 bool FrameLocator::isStep(const Pose& T_world_sensor) const {

@@ -80,7 +80,7 @@ class FrameLocator {
   Placement helped(const Frame& frame, const Pose& T_world_sensor, const Matrix6& covariance,
                    const Pose& expected, bool by_views);
   Pose expectedPose(const Frame& frame) const;
-  bool wasDrawnFar(const Frame& frame, const Pose& T_world_sensor, const Pose& expected) const;
+  bool isDoubtful(const Frame& frame, const CloudRegistration& near, const Pose& expected) const;
   /// Does the sensor see a part of its surroundings only?
   bool isPartial(const Frame& frame) const;
   bool isSearchedFor() const;
