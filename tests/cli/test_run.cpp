@@ -329,6 +329,33 @@ TEST_F(Run, SaysThatTheRobotIsInItsScans) {
   }
 }
 
+TEST_F(Run, AssumedPosesAreNothingToCompareFoundOnesWith) {
+  const std::vector<float> xyz = roomPoints(20000);
+  std::vector<float> moved = xyz;
+  for (std::size_t k = 0; k < moved.size(); k += 3) moved[k] -= 0.3f;
+  const std::string first = write("a.pcd", binaryPcd(xyz));
+  const std::string second = write("b.pcd", binaryPcd(moved));
+  const std::string poses = write("poses.txt", "0 0 0 0 0 0 0 1\n1 0.3 0 0 0 0 0 1\n");
+  for (const bool given : {false, true}) {
+    std::vector<std::string> arguments = {"run",
+                                          config("pcd_sequence.yaml"),
+                                          "-i",
+                                          first,
+                                          second,
+                                          "-o",
+                                          directory_ / "out",
+                                          "-q",
+                                          "--force",
+                                          "--set",
+                                          "motion_estimation.enabled=true"};
+    if (given) arguments.insert(arguments.end(), {"--poses", poses});
+    expectExit(0, planarMap(arguments));
+    const Json metrics = Json::parse(read("out/metrics.json"));
+    EXPECT_EQ(0, metrics["frames_skipped"]);
+    EXPECT_EQ(given, !metrics["motion_error"].is_null()) << metrics["motion_error"];
+  }
+}
+
 /// A corridor, and a room after it.
 TEST_F(Run, SaysWhereARecordingBreaks) {
   const std::string corridor = directory_ / "seq", room = directory_ / "room";

@@ -139,6 +139,7 @@ void RunStatistics::count(const Frame& frame, const PlanarMap& map) {
   if (frame.given_pose) {
     estimated_poses_.push_back(frame.T_world_sensor);
     given_poses_.push_back(*frame.given_pose);
+    all_assumed_ = all_assumed_ && frame.pose_assumed;
   }
   if (standard_cells_.empty()) standard_cells_.emplace_back(map.params().approximation.resolution);
   StandardCells& cells = standard_cells_.front();
@@ -289,9 +290,10 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   json["unknown_cells"] = map.unknownCells();
   json["memory_bytes"] = map.memoryBytes();
   json["file_bytes"] = file_bytes;
-  // Null where there is nothing to compare with, or where the given poses were taken as they are.
+  // Null where there is nothing to compare with (an assumed pose is none), or where the given poses
+  // were taken as they are.
   json["motion_error"] = nullptr;
-  if (hasStage(configuration, StageKind::Motion) && !given_poses_.empty() && !posesAreGivenOnes())
+  if (hasStage(configuration, StageKind::Motion) && !all_assumed_ && !posesAreGivenOnes())
     json["motion_error"] = motionErrorOf(estimated_poses_, given_poses_);
   const auto times = [this](const auto& of) {
     std::vector<double> values;

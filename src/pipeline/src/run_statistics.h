@@ -109,6 +109,7 @@ class RunStatistics {
   // Of the frames with an estimated and a given pose: how far is one off the other?
   std::vector<Pose> estimated_poses_;
   std::vector<Pose> given_poses_;
+  bool all_assumed_ = true;  ///< Frame::pose_assumed of all those
 };
 
 template <typename Archive>
@@ -128,7 +129,7 @@ void RunStatistics::visitState(Archive& archive) {
       archive(r.statistics[k].name, r.statistics[k].value);
     }
   }
-  archive(standard_cells_, estimated_poses_, given_poses_);
+  archive(standard_cells_, estimated_poses_, given_poses_, all_assumed_);
 }
 
 }  // namespace planar_mapping::detail

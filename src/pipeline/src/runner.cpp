@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// First line of run.state.
-constexpr const char* kStateFormat = "planar_map run state 8, version " PLANAR_MAPPING_VERSION "\n";
+constexpr const char* kStateFormat = "planar_map run state 9, version " PLANAR_MAPPING_VERSION "\n";
 
 std::chrono::steady_clock::duration secondsOf(double seconds) {
   constexpr double kLongest = 1e8;  // years
