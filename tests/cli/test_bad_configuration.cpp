@@ -49,6 +49,7 @@ TEST_F(BadConfiguration, GiantsAreRefusedBeforeTheyAreBuilt) {
 TEST_F(BadConfiguration, IsReportedWithItsPlace) {
   const std::string planes = "version: 1\nstages:\n  - stage: multi_plane_segmentation\n";
   const std::string grid = "version: 1\nstages:\n  - stage: voxel_grid\n";
+  const std::string head = "version: 1\nstages:\n";
   const std::string empty = "1:1: the configuration is empty; it starts with 'version: 1'";
   const std::vector<std::pair<std::string, std::vector<std::string>>> rows = {
       {"version: 1\nstages:\n  - stage: multi_plane_segmentatoin\n",
@@ -88,6 +89,15 @@ TEST_F(BadConfiguration, IsReportedWithItsPlace) {
       {planes + "  - stage: voxel_grid\n",
        {"4:12: stage 'voxel_grid' works on points and so must stand before "
         "'multi_plane_segmentation', which finds planes"}},
+      {head + "  - stage: crop_box\n    frame: world\n  - stage: motion_estimation\n",
+       {"5:12: stage 'motion_estimation' finds the pose and so must stand before 'crop_box', "
+        "which works on points"}},
+      {head + "  - stage: crop_box\n  - stage: key_features\n  - stage: motion_estimation\n",
+       {"4:12: stage 'key_features' finds key features and so must stand before 'crop_box', which "
+        "works on points"}},
+      {head + "  - stage: motion_estimation\n  - stage: crop_box\n  - stage: motion_estimation\n",
+       {"5:12: stage 'motion_estimation' finds the pose and so must stand before 'crop_box', "
+        "which works on points"}},
       // All problems at once, in the order of the file.
       {"version: one\nsed: 3\nstages:\n  - stage: voxel_gird\n  - leaf: 3\n  - stage: "
        "crop_box\n    negative: maybe\n",

@@ -10,6 +10,7 @@
 
 #include "cli_fixture.h"
 #include "pipeline_frames.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "ring_scan.h"
 
@@ -324,6 +325,42 @@ TEST(Stages, ACloudDoesNotPlaceAFrameWhoseFeaturesAreElsewhere) {
     }
     EXPECT_EQ(report.skip_reason.empty(), !elsewhere) << report.skip_reason;
   }
+}
+
+/// The robot looks the same in every scan: it would say that nothing moves.
+TEST(Stages, MotionIsFoundWithoutThePointsThatAreCutBeforeIt) {
+  const std::string cut =
+      "  - stage: crop_box\n    negative: true\n    min_x_m: -1\n    max_x_m: 1\n    min_y_m: -1\n"
+      "    max_y_m: 1\n    min_z_m: -1\n    max_z_m: 1\n";
+  const auto placed = [&cut](bool robot) {
+    Pipeline pipeline =
+        pipelineOf((robot ? cut : std::string()) +
+                   "  - stage: motion_estimation\n    clouds: on\n    start: identity\n"
+                   "  - stage: multi_plane_segmentation\n  - stage: planar_cuboid_approximation\n");
+    std::vector<Pose> poses;
+    for (int i = 0; i < 3; ++i) {
+      Random random(static_cast<std::uint64_t>(i));
+      const double x = 0.3 * i;
+      std::vector<float> xyz =
+          test::ringScan({-4.0 - x, -3.0, -1.2}, {5.0 - x, 3.0, 1.8}, 0.0, 0.01, random);
+      if (robot) {
+        for (int k = 0; k < 20000; ++k)
+          xyz.insert(xyz.end(), {-0.8f + 0.01f * static_cast<float>(k % 160),
+                                 -0.6f + 0.01f * static_cast<float>(k / 160), -0.5f});
+      }
+      Frame frame = frameOf(xyz);
+      frame.number = static_cast<std::size_t>(i);
+      const FrameReport report = pipeline.process(frame);
+      EXPECT_EQ("", report.skip_reason);
+      poses.push_back(frame.T_world_sensor);
+    }
+    return poses;
+  };
+  const std::vector<Pose> poses = placed(true);
+  EXPECT_NEAR(0.6, poses[2].translation().x(), 0.03);
+  const std::vector<Pose> without_robot = placed(false);
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    EXPECT_EQ(without_robot[i].matrix(), poses[i].matrix());
 }
 
 TEST(Stages, VerticalOfACameraThatLooksDownIsThatOfAllItsPoses) {

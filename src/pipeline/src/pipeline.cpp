@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <string_view>
 
@@ -131,8 +132,26 @@ void Pipeline::moveToOrigin(Frame& frame) {
   frame.T_world_sensor = *frame.given_pose;
 }
 
+/// Motion stages take every finite point of the cloud.
+void Pipeline::hideRemoved(Frame& frame) {
+  if (!frame.skip_reason.empty()) return;
+  if (frame.indices.empty()) frame.skip_reason = "no point is left to find its pose by";
+  const FrameCloud::Ptr hidden = pcl::make_shared<FrameCloud>(*frame.cloud);
+  for (pcl::PointXYZ& point : *hidden) point.x = point.y = point.z = NAN;
+  for (const int i : frame.indices) {
+    const auto at = static_cast<std::size_t>(i);
+    (*hidden)[at] = (*frame.cloud)[at];
+  }
+  hidden->is_dense = false;
+  frame.cloud = hidden;
+}
+
 void Pipeline::runMapping(Frame& frame) {
-  for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
+  for (std::size_t i = front_end_size_; i < sensing_size_; ++i) {
+    runStage(i, frame);
+    const ConfiguredStage& stage = configuration_.stages[i];
+    if (stage.kind == StageKind::Points && stage.enabled) hideRemoved(frame);
+  }
   if (frame.skip_reason.empty() && !mapping_scale_) {
     CloudScale scale = knownScale(frame);
     scale.has_sensor = !frame.pose_assumed || !isMerged(pointsOf(*frame.cloud), &frame.indices);

@@ -165,10 +165,15 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
 
 void ConfigurationReader::checkOrder() {
   const ConfiguredStage* last = nullptr;
+  bool may_move = true;  // a Motion stage may come after the stages so far
   for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& stage = configuration_.stages[i];
     if (stage.kind == StageKind::Any || !stage.enabled) continue;
-    if (last != nullptr && stage.kind < last->kind) {
+    const bool in_order = last == nullptr || stage.kind >= last->kind ||
+                          (stage.kind == StageKind::Motion && may_move);
+    may_move = may_move && (stage.kind < StageKind::Motion ||
+                            (stage.kind == StageKind::Points && stage.stage->worksBeforeMotion()));
+    if (!in_order) {
       problems_.add(stage_marks_[i], "stage '" + stage.name + "' " + placeOf(stage.kind) +
                                          " and so must stand before '" + last->name + "', which " +
                                          placeOf(last->kind));

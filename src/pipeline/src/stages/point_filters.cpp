@@ -152,6 +152,7 @@ class CropBoxStage : public Stage {
     }
     filterIndices(filter, negative_, frame);
   }
+  bool worksBeforeMotion() const override { return !world_; }
 
  private:
   static float toFloat(double value) { return static_cast<float>(value); }

@@ -80,9 +80,10 @@ struct Frame {
   /// nothing, and no space is classified.
   bool without_sensor = false;
 
-  FrameCloud::Ptr cloud;  ///< as measured; non-finite where nothing was
-  Indices indices;        ///< points that still count, ascending
-  Indices ground;         ///< removed as ground, ascending: it clears space but makes no cell
+  /// As measured; non-finite where nothing was, or where a stage before Motion removed a point.
+  FrameCloud::Ptr cloud;
+  Indices indices;  ///< points that still count, ascending
+  Indices ground;   ///< removed as ground, ascending: it clears space but makes no cell
   std::vector<PlaneSegment> planes;
   std::vector<float> probability;  ///< belief per point of the cloud; empty = 1
   AssumedPoints assumed;           ///< of the planes, where nothing was measured

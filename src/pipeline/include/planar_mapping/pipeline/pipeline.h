@@ -103,6 +103,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void countCuboids();
   void remarkOn(const CloudScale& scale, Frame& frame) const;
   FrameReport report(const Frame& frame) const;
+  static void hideRemoved(Frame& frame);
   void runMapping(Frame& frame);
   void keepForLater(const Frame& frame, std::size_t statistics);
   void tryAgain();

@@ -15,7 +15,7 @@
 namespace planar_mapping {
 
 /// What a stage does to a frame; stages of a chain must stand in this order, those of one kind in
-/// any order.
+/// any order. Points stages that say so may stand before a Motion stage too.
 enum class StageKind : std::uint8_t {
   Images,    ///< makes the cloud of a frame from its images
   Features,  ///< finds key features and follows them over frames
@@ -91,6 +91,9 @@ class PLANAR_MAPPING_EXPORT Stage {
   virtual void loadState(const std::string& bytes) {
     if (!bytes.empty()) throw Error("a stage has a saved state that it does not know");
   }
+  /// Of a Points stage, with its parameters set: whether it may stand before a Motion stage, which
+  /// then does not see the points that it removes. It needs no pose, and may see a frame again.
+  virtual bool worksBeforeMotion() const { return false; }
 };
 
 }  // namespace planar_mapping
