@@ -100,7 +100,7 @@ class PlanarMap:
         profile has it. threads: 0 = all cores."""
     @staticmethod
     def load(path: _Path) -> PlanarMap:
-        """Reads a .pmap file."""
+        """Reads a .pmap file; the map uses all cores."""
     def save(self, path: _Path, *, overwrite: bool = False) -> None:
         """Writes a .pmap file, whole or not at all."""
     def export(

@@ -317,7 +317,7 @@ void addMap(py::module_& module) {
       .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
            "max_range"_a = 0.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
            "unseen"_a = py::none(), "min_probability"_a = py::none(), "threads"_a = 1)
-      .def_static("load", &load, "path"_a, "Reads a .pmap file.")
+      .def_static("load", &load, "path"_a, "Reads a .pmap file; the map uses all cores.")
       .def(
           "save",
           [](const SharedMap& self, const std::filesystem::path& path, bool overwrite) {

@@ -86,10 +86,10 @@ void saveMap(const PlanarMap& map, const std::string& path, Overwrite overwrite)
   file.commit();
 }
 
-PlanarMap loadMap(const std::string& path) {
+PlanarMap loadMap(const std::string& path, int threads) {
   const std::vector<std::uint8_t> bytes = readWholeFile(path);
   try {
-    return PlanarMap::deserialize(bytes.data(), bytes.size());
+    return PlanarMap::deserialize(bytes.data(), bytes.size(), threads);
   } catch (const IoError&) {
     throw;
   } catch (const Error& error) {

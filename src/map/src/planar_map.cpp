@@ -360,9 +360,11 @@ std::vector<std::uint8_t> PlanarMap::serialize() const {
                                            : detail::recordOf(impl_->data, cuboids()));
 }
 
-PlanarMap PlanarMap::deserialize(const std::uint8_t* data, std::size_t size) {
+PlanarMap PlanarMap::deserialize(const std::uint8_t* data, std::size_t size, int threads) {
+  requireInRange("threads", threads, 0, 4096);
   PlanarMap map;
   map.impl_ = std::make_unique<Impl>(detail::deserializeMap(data, size));
+  map.impl_->data.params.approximation.threads = threads;
   return map;
 }
 

@@ -152,8 +152,9 @@ class Run {
     if (wanted != asked_for_ && wanted != comparable(directory_.read("config.resolved.yaml")))
       throw InputError("it was made with another configuration or input");
     const std::string map = directory_.read("map.pmap");
-    pipeline_.loadState(stages, PlanarMap::deserialize(
-                                    reinterpret_cast<const std::uint8_t*>(map.data()), map.size()));
+    pipeline_.loadState(
+        stages, PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(map.data()),
+                                       map.size(), pipeline_.configuration().settings.threads));
   }
 
   void processFrames() {

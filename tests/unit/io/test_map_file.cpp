@@ -32,6 +32,8 @@ TEST(MapFile, GivesBackWhatWasSaved) {
   const PlanarMap map = smallMap();
   saveMap(map, path);
   EXPECT_EQ(loadMap(path).serialize(), map.serialize());
+  EXPECT_EQ(loadMap(path, 1).serialize(), map.serialize());
+  EXPECT_EQ(loadMap(path).params().approximation.threads, 0);
   EXPECT_EQ(std::filesystem::file_size(path), map.serialize().size());
 }
 

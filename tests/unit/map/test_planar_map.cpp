@@ -312,7 +312,13 @@ TEST(PlanarMap, SurvivesEmptyAndHostileClouds) {
   frame.T_world_sensor.translation() = Vector3(1e12, -1e12, 0.0);
   map.insert(frame);
   EXPECT_EQ(map.frames(), 3u);
-  EXPECT_EQ(PlanarMap::deserialize(map.serialize().data(), map.serialize().size()).frames(), 3u);
+  const std::vector<std::uint8_t> file = map.serialize();
+  EXPECT_EQ(PlanarMap::deserialize(file.data(), file.size()).frames(), 3u);
+  EXPECT_EQ(PlanarMap::deserialize(file.data(), file.size()).params().approximation.threads, 1);
+  const PlanarMap quick = PlanarMap::deserialize(file.data(), file.size(), 3);
+  EXPECT_EQ(quick.params().approximation.threads, 3);
+  EXPECT_EQ(quick.serialize(), file);
+  EXPECT_THROW(PlanarMap::deserialize(file.data(), file.size(), -1), ParameterError);
 }
 
 TEST(PlanarMap, WorksFarFromTheOrigin) {

@@ -18,8 +18,9 @@ PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path
 
 /// Reads a .pmap file of version 5; those of earlier versions are refused. Whatever the file holds,
 /// no more than 1 MiB + 256 times its size is unpacked from it.
+/// \param threads  PlanarMap::deserialize(); 0 = all cores
 /// \throws IoError if the file is missing, unreadable, cut short, damaged, of another version or no
 ///         map
-PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path);
+PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path, int threads = 0);
 
 }  // namespace planar_mapping::io

@@ -144,8 +144,10 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// gives the same bytes. They hold cuboids(), which are derived first.
   std::vector<std::uint8_t> serialize() const;
   /// Reads what serialize() gave. Of \p size bytes at most 1 MiB + 256 size are unpacked.
-  /// \throws Error naming what is wrong
-  static PlanarMap deserialize(const std::uint8_t* data, std::size_t size);
+  /// \param threads  of the map's parameters, which no file holds: used by all that it derives, as
+  ///                 its cuboids at the first question; 0 = all cores. Results do not depend on it.
+  /// \throws Error naming what is wrong; ParameterError if threads is
+  static PlanarMap deserialize(const std::uint8_t* data, std::size_t size, int threads = 1);
 
  private:
   friend struct detail::MapAccess;
