@@ -240,11 +240,8 @@ Pose FrameLocator::expectedPose(const Frame& frame) const {
 bool FrameLocator::isDoubtful(const Frame& frame, const CloudRegistration& near,
                               const Pose& expected) const {
   constexpr double kLittle = 0.5;  // it may lie better a little farther
-  constexpr double kDrawn = 0.3;   // metres
-  constexpr double kTurned = 0.2;  // radians
-  if (isSeen()) return false;
-  return isPartial(frame) ? near.fraction < kLittle
-                          : !isNear(expected, near.T_world_sensor, kDrawn, kTurned);
+  return !isSeen() && (isPartial(frame) ? near.fraction < kLittle
+                                        : !isNear(expected, near.T_world_sensor, 0.3, 0.2));
 }
 
 bool FrameLocator::isStep(const Pose& T_world_sensor) const {
