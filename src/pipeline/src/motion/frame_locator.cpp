@@ -236,7 +236,7 @@ Pose FrameLocator::expectedPose(const Frame& frame) const {
 }
 
 /// Whether no image tells if a cloud lies where it was drawn to: of a camera little of it does, a
-/// scan is not where it was expected.
+/// scan is not where it was expected, to 0.3 m and 0.2 radians.
 bool FrameLocator::isDoubtful(const Frame& frame, const CloudRegistration& near,
                               const Pose& expected) const {
   constexpr double kLittle = 0.5;  // it may lie better a little farther
