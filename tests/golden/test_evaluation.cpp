@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // A small evaluation of the compact profile on the simulated scenes, compared with evaluation.txt
-// beside this file: figures may get better, not worse. `golden_test_evaluation --update` rewrites
+// beside this file: figures may get better, not worse. `golden_evaluation_slow --update` rewrites
 // that file; the commit says why it moved.
 
 #include <gtest/gtest.h>
@@ -124,7 +124,7 @@ void update() {
   const Figures figures = measured();
   std::ofstream out(kGoldenFile);
   out.imbue(std::locale::classic());
-  out << "# Written by golden_test_evaluation --update: scene, cell size, figure, median\n";
+  out << "# Written by golden_evaluation_slow --update: scene, cell size, figure, median\n";
   for (const auto& [name, value] : figures) out << name << ' ' << value << '\n';
 }
 

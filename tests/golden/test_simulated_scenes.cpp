@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // Planes and cuboids of fixed simulated frames, compared with simulated_scenes.txt beside this
-// file. `golden_test_simulated_scenes --update` rewrites that file; the commit says why it moved.
+// file. `golden_scenes_slow --update` rewrites that file; the commit says why it moved.
 // Numbers are compared with tolerances, as instruction sets differ in the last digits.
 
 #include <gtest/gtest.h>
@@ -166,7 +166,7 @@ TEST(SimulatedScenes, PlanesAndCuboidsAreThoseOnRecord) {
 
 void update() {
   std::ofstream out(kGoldenFile);
-  out << "# Written by golden_test_simulated_scenes --update; name : counts : coefficients\n";
+  out << "# Written by golden_scenes_slow --update; name : counts : coefficients\n";
   for (const Line& line : allResults()) out << textOf(line) << '\n';
 }
 
