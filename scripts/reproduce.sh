@@ -1,13 +1,18 @@
 #!/usr/bin/env bash
-# Everything that docs/results.md tells of, in one folder: tables, figures, one summary.
+# Maps beside a grid, an octree and rectangular cuboids (docs/results.md), in one folder: tables, figures, one summary.
 #   scripts/reproduce.sh [OUT] [PART...]   default: out/evaluation below the project, all parts
 #   scripts/reproduce.sh OUT --quick       two places of five frames, no whole sequences: looks right in minutes
 # Parts: methods, seeds, regimes, poses, ablation. Configurations are those of config/ as they are, only the
 # cell size varies. Recorded sequences are taken from PLANAR_MAPPING_DATA (default: ../shared/data) where they are.
 # PLANAR_MAPPING_JOBS places are judged beside each other (default 1: times are of one thread).
+# Tables of docs/results.md that this does not make: motion (scripts/motion_table.py), GMMap (benchmarks/gmmap_peer),
+# free and unknown space (ctest -R ObservedSpace -V), planes of stereo pairs and white walls (ctest -R WhiteWalls -V and
+# others), planes of clouds (compare_plane_quality, compare_planes, compare_plane_sources), updates of beliefs
+# (belief_roc, map_experiments), single clouds (planar_map run), disparities and speed (benchmark_*). Their commands stand
+# beside them there.
 set -euo pipefail
 if [[ ${1:-} == -h || ${1:-} == --help ]]; then
-  sed -n '2,7s/^# \{0,1\}//p' "$0"
+  sed -n '2,12s/^# \{0,1\}//p' "$0"
   exit 0
 fi
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
