@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The camera's motion on real sequences, where features alone do not give it.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "planar_mapping/evaluation/trajectory_error.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "real_run.h"
+#include "temporary_directory.h"
 
 namespace planar_mapping {
 namespace {
@@ -123,7 +123,8 @@ std::size_t wrongSteps(const RealRun& travelled) {
 
 TEST(RealMotion, ABoxIsNotTakenForItsOtherSide) {
   SKIP_IF_MISSING("rgbd_tum_cabinet");
-  // By depth alone the cabinet looks the same from behind, 180 degrees later.
+  // By depth alone the cabinet looks the same from behind, 180 degrees later. All but the first
+  // frame are left out.
   for (const int step : {4, 5}) {
     const RealRun around = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1, 1, step, false);
     EXPECT_EQ(0u, wrongSteps(around)) << step;
@@ -138,9 +139,16 @@ TEST(RealMotion, FewViewsFarApartAreAllPlaced) {
   EXPECT_EQ(0u, wrongSteps(room));
 }
 
-TEST(RealMotion, BigStepsAroundTheCabinetAreLeftOutBeforeTheyAreWrong) {
+TEST(RealMotion, EveryThirdFrameAroundTheCabinetIsPlaced) {
   SKIP_IF_MISSING("rgbd_tum_cabinet");
-  // Its back looks like its front.
+  const RealRun cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1, 1, 3);
+  EXPECT_EQ(20u, cabinet.estimated.size());
+  EXPECT_EQ(0u, wrongSteps(cabinet));
+}
+
+TEST(RealMotion, BiggerStepsAroundTheCabinetAreLeftOutBeforeTheyAreWrong) {
+  SKIP_IF_MISSING("rgbd_tum_cabinet");
+  // Its back looks like its front. Only the first frame of each is placed.
   for (const int step : {5, 8}) {
     const RealRun cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1, 1, step);
     EXPECT_EQ(0u, wrongSteps(cabinet)) << "every " << step;
@@ -150,11 +158,18 @@ TEST(RealMotion, BigStepsAroundTheCabinetAreLeftOutBeforeTheyAreWrong) {
   EXPECT_EQ(0u, wrongSteps(fifth));
 }
 
-TEST(RealMotion, BigStepsAlongAPanelledCorridorAreFound) {
+TEST(RealMotion, EverySecondAndThirdFrameAlongAPanelledCorridorArePlaced) {
   SKIP_IF_MISSING("rgbd_tartanair_corridor");
   const RealRun second = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, 24, 1, 2);
   EXPECT_GE(second.estimated.size(), 11u);
   EXPECT_EQ(0u, wrongSteps(second));
+  const RealRun third = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, -1, 1, 3);
+  EXPECT_GE(third.estimated.size(), 19u);
+  EXPECT_EQ(0u, wrongSteps(third));
+}
+
+TEST(RealMotion, EveryFourthFrameAlongAPanelledCorridorIsLeftOutBeforeItIsWrong) {
+  SKIP_IF_MISSING("rgbd_tartanair_corridor");
   const RealRun fourth = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, -1, 1, 4);
   EXPECT_EQ(0u, wrongSteps(fourth));
 }
@@ -162,7 +177,7 @@ TEST(RealMotion, BigStepsAlongAPanelledCorridorAreFound) {
 TEST(RealMotion, WhereThingsRepeatAFirstStepIsNotTakenForAStandstill) {
   SKIP_IF_MISSING("rgbd_tartanair_corridor");
   // Two steps of about a metre in a corridor whose panels are as long: the views agree well where
-  // the camera was.
+  // the camera was. Only the first frames are placed.
   for (const int first : {0, 1, 2, 3, 4}) {
     const RealRun corridor =
         travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, first, first + 11, 1, 5);
@@ -200,13 +215,10 @@ TEST(RealMotion, AGivenPoseThatContradictsTheImagesIsNamed) {
   }
 }
 
-/// The depth of each frame is that of the next one.
-TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
-  SKIP_IF_MISSING("rgbd_tum_cabinet");
+/// A sequence in which the depth of each frame is that of the next one.
+void delayColor(const std::string& sequence, const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
-  const fs::path data = test::realData("rgbd_tum_cabinet");
-  const fs::path folder =
-      fs::temp_directory_path() / ("depth_of_another_moment_" + std::to_string(::getpid()));
+  const fs::path data = test::realData(sequence);
   fs::create_directories(folder / "depth");
   for (const char* name : {"calib.yaml", "poses.txt", "rgb"})
     fs::create_symlink(fs::absolute(data / name), folder / name);
@@ -218,9 +230,22 @@ TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
     const std::string& next = names[std::min(i + 1, names.size() - 1)];
     fs::create_symlink(fs::absolute(data / "depth" / next), folder / "depth" / names[i]);
   }
-  const RealRun without_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24);
-  const RealRun with_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24, 1, 1, true, "use");
-  fs::remove_all(folder);
+}
+
+TEST(RealMotion, DepthOfAnotherMomentPlacesNoFrame) {
+  const TemporaryDirectory folder;
+  delayColor("rgbd_icl_five", folder.path());
+  const RealRun views = travel("rgbd_indoor.yaml", {folder.path()}, 0, -1);
+  EXPECT_EQ(1u, views.estimated.size());  // the first is where the map begins
+  EXPECT_EQ(4u, views.skipped);
+}
+
+TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
+  SKIP_IF_MISSING("rgbd_tum_cabinet");
+  const TemporaryDirectory folder;
+  delayColor("rgbd_tum_cabinet", folder.path());
+  const RealRun without_poses = travel("rgbd_indoor.yaml", {folder.path()}, 0, 24);
+  const RealRun with_poses = travel("rgbd_indoor.yaml", {folder.path()}, 0, 24, 1, 1, true, "use");
   EXPECT_GE(without_poses.skipped, 20u);
   EXPECT_NE(std::string::npos, with_poses.warnings.find("contradicts the images"));
 }
