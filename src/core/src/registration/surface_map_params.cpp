@@ -8,6 +8,15 @@
 
 namespace planar_mapping {
 
+SurfaceMapParams SurfaceMapParams::ofScanner() {
+  SurfaceMapParams params;
+  params.depth_error = 0.02;
+  params.depth_error_growth = 0.001;
+  params.optical_axis.setZero();
+  params.min_fraction = 0.3;
+  return params;
+}
+
 void SurfaceMapParams::validate() const {
   constexpr double kLargest = std::numeric_limits<double>::max();
   requirePositive("cell", cell, "m");

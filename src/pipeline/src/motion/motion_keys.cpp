@@ -111,10 +111,12 @@ void MotionKeys::declare(ParameterTable& table) {
   table.number("pixel_error_px", odometry.camera.pixel_error, Range::positive(),
                "[ours] of a feature's column and row");
   noise.declareOptional(table, "depth error of the features by the stereo noise");
-  table.number("depth_error_m", surface.depth_error, Range::atLeast(0.0),
-               "[ours] without stereo noise: depth error near the camera");
-  table.number("depth_error_growth", surface.depth_error_growth, Range::atLeast(0.0),
-               "[ours] without stereo noise: depth error per square of depth, 1/m");
+  table.number("depth_error_m", depth_error, Range::atLeast(0.0),
+               "[ours] without stereo noise: depth error near the sensor; auto = 0.003 of a "
+               "camera, 0.02 of a scanner");
+  table.number("depth_error_growth", depth_error_growth, Range::atLeast(0.0),
+               "[ours] without stereo noise: depth error per square of depth, 1/m; auto = 0.002 of "
+               "a camera, 0.001 of a scanner");
   declareSearch(table);
   declareClouds(table);
   table.basic({"poses", "start", "camera_height_m", "clouds"});
@@ -122,10 +124,19 @@ void MotionKeys::declare(ParameterTable& table) {
 
 void MotionKeys::configure(std::uint64_t seed) {
   odometry.seed = seed;
-  odometry.camera.depth_error = surface.depth_error;
-  odometry.camera.depth_error_growth = surface.depth_error_growth;
+  adapt(true);
   odometry.validate();
   surface.validate();
+}
+
+void MotionKeys::adapt(bool is_optical) {
+  const SurfaceMapParams suitable = is_optical ? SurfaceMapParams() : SurfaceMapParams::ofScanner();
+  surface.optical_axis = suitable.optical_axis;
+  surface.depth_error = depth_error.value_or(suitable.depth_error);
+  surface.depth_error_growth = depth_error_growth.value_or(suitable.depth_error_growth);
+  surface.min_fraction = cloud_min_fraction.value_or(suitable.min_fraction);
+  odometry.camera.depth_error = surface.depth_error;
+  odometry.camera.depth_error_growth = surface.depth_error_growth;
 }
 
 void MotionKeys::declareSearch(ParameterTable& table) {
@@ -174,8 +185,9 @@ void MotionKeys::declareClouds(ParameterTable& table) {
                "near; 0 = it is not");
   table.number("cloud_max_seen_through", surface.max_seen_through, Range::between(0.0, 1.0),
                "[ours] fraction of the cells that may be seen through where the cloud is put");
-  table.number("cloud_min_fraction", surface.min_fraction, Range::between(0.0, 1.0),
-               "[ours] of the cloud's cells that must lie on them");
+  table.number("cloud_min_fraction", cloud_min_fraction, Range::between(0.0, 1.0),
+               "[ours] of the cloud's cells that must lie on them; auto = 0.4 of a camera, 0.3 of "
+               "a scanner");
 }
 
 }  // namespace planar_mapping::detail

@@ -44,6 +44,8 @@ struct MotionKeys {
   void declare(ParameterTable& table);
   /// \throws ParameterError
   void configure(std::uint64_t seed);
+  /// What is `auto` becomes what suits a camera, or a scanner.
+  void adapt(bool is_optical);
 
   OdometryParams odometry;
   Poses poses = Poses::Use;
@@ -54,6 +56,9 @@ struct MotionKeys {
   Clouds clouds = Clouds::Auto;
   int enough_inliers = 60;
   SurfaceMapParams surface;
+  std::optional<double> depth_error;
+  std::optional<double> depth_error_growth;
+  std::optional<double> cloud_min_fraction;
   std::optional<double> cloud_cell;
   std::optional<double> cloud_reach;
 

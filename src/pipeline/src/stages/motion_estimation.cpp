@@ -40,7 +40,7 @@ class MotionEstimationStage : public Stage {
   void adapt(const CloudScale& scale) override {
     keys_.noise.adapt(scale);
     optical_ = scale.optical;
-    keys_.surface.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
+    keys_.adapt(optical_);
   }
   void process(Frame& frame) override;
   std::string saveState() const override;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/odometry/motion_estimation.h"
 #include "planar_mapping/core/registration/detail/surface_map.h"
 #include "registration/seen_through.h"
 #include "ring_scan.h"
@@ -20,9 +21,7 @@ PointsView scanOf(const std::vector<float>& xyz) {
 }
 
 SurfaceMapParams scannerParams() {
-  SurfaceMapParams params;
-  params.optical_axis.setZero();
-  params.depth_error = 0.02;
+  SurfaceMapParams params = SurfaceMapParams::ofScanner();
   params.cell = 0.4;
   params.reach = 6.0 * params.cell;
   return params;
@@ -68,6 +67,21 @@ TEST(SurfaceMap, ARoomSeenInRingsIsFound) {
     // The rings on the floor move with the scanner and hold it back by 5 to 7 cm.
     EXPECT_LT((found.T_world_sensor.translation() - Vector3(kStep, 0.0, 0.0)).norm(), 0.1);
     EXPECT_LT(std::sqrt(found.covariance(0, 0)), 0.1);
+  }
+}
+
+/// The error of a camera's depth, which grows with its square, would leave of a yard only what is
+/// next to the scanner, where rings say little: it could not be placed where it stood.
+TEST(SurfaceMap, AYardSeenInRingsLeavesNothingOpen) {
+  for (const double size : {1.5, 2.0}) {
+    for (const double step : {0.0, 1.0, 2.0}) {
+      Random random(1);
+      const CloudRegistration found = secondScan({-12.0 * size, -9.0 * size, -1.7},
+                                                 {15.0 * size, 10.0 * size, 8.0}, step, random);
+      ASSERT_TRUE(found.found) << size << ", " << step;
+      EXPECT_LT((found.T_world_sensor.translation() - Vector3(step, 0.0, 0.0)).norm(), 0.03);
+      EXPECT_TRUE(MotionParams().isCertain(found.covariance)) << size << ", " << step;
+    }
   }
 }
 

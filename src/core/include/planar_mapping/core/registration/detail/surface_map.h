@@ -35,6 +35,9 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   double search_reach = 4.0;
   int max_cells = 200000;  ///< kept, >= 1000; those not seen for longest go first
 
+  /// Those that suit a scanner, which looks all around. The range is as exact far away, but there
+  /// rays lie far apart, so that small planes are less exact, and a turn during a scan shifts more.
+  static SurfaceMapParams ofScanner();
   /// \throws ParameterError
   void validate() const;
 };
