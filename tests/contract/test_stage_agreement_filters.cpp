@@ -33,9 +33,6 @@ class Agreement {
     EXPECT_EQ(kept, frame.indices) << frame.source;
     ground_points_ += frame.ground.size();
 
-    KlOccupancyParams params = occupancy_.getParams();
-    if (!isCameraView(viewOf(*cloud), nullptr)) params.beliefs.occupancy.optical_axis.setZero();
-    occupancy_.setParams(params);
     std::vector<std::int32_t> labels(cloud->size(), -1);
     for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
       for (const int i : frame.planes[plane].inliers)

@@ -120,9 +120,10 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   double getSingleFeatureProbability() const {
     return getParams().beliefs.occupancy.single_feature_probability;
   }
-  /// Direction of depth in the cloud's frame; zero = depth is the range (laser scanners).
-  void setOpticalAxis(const Vector3& axis);
-  const Vector3& getOpticalAxis() const { return getParams().beliefs.occupancy.optical_axis; }
+  /// Direction of depth in the cloud's frame; zero = depth is the range (laser scanners);
+  /// std::nullopt (the default) = z if the first cloud is a camera's (isCameraView()), else zero.
+  void setOpticalAxis(const std::optional<Vector3>& axis);
+  const std::optional<Vector3>& getOpticalAxis() const { return getParams().optical_axis; }
   /// A of Eq. 10, 1.07 in the paper.
   void setBias(double bias);
   double getBias() const { return getParams().beliefs.update.bias; }

@@ -113,7 +113,8 @@ class CellBeliefs {
 
 struct KlOccupancy::Impl {
   KlOccupancyParams params;
-  OccupancyParams occupancy;  ///< with the floor of the range error
+  OccupancyParams occupancy;          ///< with the floor of the range error and the axis
+  std::optional<Vector3> found_axis;  ///< of the first cloud
   FeatureBeliefs tracks;
   CellBeliefs cell_beliefs;
   bool has_before = false;  ///< a frame taken by tracks, ...
@@ -122,7 +123,18 @@ struct KlOccupancy::Impl {
 
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(tracks, cell_beliefs, has_before, T_world_before, before_is_last);
+    archive(tracks, cell_beliefs, has_before, T_world_before, before_is_last, found_axis);
+    if constexpr (Archive::kReads) useParams();
+  }
+
+  void useParams() {
+    occupancy = params.beliefs.occupancy;
+    occupancy.min_range_error =
+        std::max(occupancy.min_range_error, params.range_floor_cells * params.resolution);
+    occupancy.optical_axis = params.optical_axis.value_or(found_axis.value_or(Vector3::UnitZ()));
+    FeatureBeliefParams used = params.beliefs;
+    used.occupancy = occupancy;
+    tracks.setParams(used);
   }
 
   // Of the frame; kept for their memory.
@@ -164,6 +176,9 @@ struct KlOccupancy::Impl {
 
 void KlOccupancyParams::validate() const {
   beliefs.validate();
+  OccupancyParams along = beliefs.occupancy;
+  along.optical_axis = optical_axis.value_or(along.optical_axis);
+  along.validate();
   requirePositive("resolution", resolution, "m");
   requireInRange("range_floor_cells", range_floor_cells, 0.0, 1e6);
   requireInRange("features_per_cell", features_per_cell, 1, 1000000);
@@ -192,12 +207,7 @@ KlOccupancy& KlOccupancy::operator=(KlOccupancy&& other) noexcept {
 void KlOccupancy::setParams(const KlOccupancyParams& params) {
   params.validate();
   impl_->params = params;
-  impl_->occupancy = params.beliefs.occupancy;
-  impl_->occupancy.min_range_error =
-      std::max(impl_->occupancy.min_range_error, params.range_floor_cells * params.resolution);
-  FeatureBeliefParams beliefs = params.beliefs;
-  beliefs.occupancy = impl_->occupancy;
-  impl_->tracks.setParams(beliefs);
+  impl_->useParams();
 }
 const KlOccupancyParams& KlOccupancy::params() const {
   return impl_->params;
@@ -209,6 +219,7 @@ void KlOccupancy::reset() {
   impl_->tracks.clear();
   impl_->cell_beliefs = CellBeliefs();
   impl_->has_before = impl_->before_is_last = false;
+  impl_->found_axis.reset();
 }
 
 std::string KlOccupancy::saveState() const {
@@ -224,6 +235,10 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
   Impl& own = *impl_;
   if (!frame.indices) own.all = usablePoints(frame.points);
   const Indices& indices = frame.indices ? *frame.indices : own.all;
+  if (!own.params.optical_axis && !own.found_axis && !indices.empty()) {
+    own.found_axis = Vector3(0.0, 0.0, isCameraView(frame.points, nullptr) ? 1.0 : 0.0);
+    own.useParams();
+  }
   if (!frame.plane_labels) own.no_labels.assign(frame.points.size, -1);
   const Pose T_world_sensor = frame.T_world_sensor.value_or(Pose::Identity());
   own.cells.number(frame.points, indices, frame.plane_labels ? *frame.plane_labels : own.no_labels,

@@ -84,7 +84,7 @@ class KlOccupancyStage : public Stage {
     params_.resolution = *resolution_;
     noise_.adapt(scale);
     params_.beliefs.occupancy.noise = noise_.noise();
-    if (!scale.optical) params_.beliefs.occupancy.optical_axis = Vector3::Zero();
+    params_.optical_axis = Vector3(0.0, 0.0, scale.optical ? 1.0 : 0.0);
     filter_.setParams(params_);
   }
 

@@ -20,7 +20,7 @@ KlOccupancyParams params() {
   params.source = FeatureSource::Cells;
   params.resolution = 1.0;
   params.range_floor_cells = 0.1;
-  params.beliefs.occupancy.optical_axis = Vector3::Zero();
+  params.optical_axis = Vector3::Zero();
   params.beliefs.occupancy.noise.disparity_error = 0.0;
   return params;
 }

@@ -66,8 +66,8 @@ PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setNoiseModel, const StereoNo
                                 beliefs.occupancy.noise)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setSingleFeatureProbability, double,
                                 beliefs.occupancy.single_feature_probability)
-PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setOpticalAxis, const Vector3&,
-                                beliefs.occupancy.optical_axis)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setOpticalAxis, const std::optional<Vector3>&,
+                                optical_axis)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setBias, double, beliefs.update.bias)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setUpdateRule, UpdateRule, beliefs.update.rule)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setFeaturesPerCell, int, features_per_cell)

@@ -26,6 +26,10 @@ enum class FeatureSource : std::uint8_t {
 /// Parameters of KlOccupancy. Lengths in metres.
 struct PLANAR_MAPPING_EXPORT KlOccupancyParams {
   FeatureBeliefParams beliefs;  ///< Eq. 4 to 10, motion reading, update rule
+  /// [ours] Direction of depth, instead of OccupancyParams::optical_axis, which is not used; zero =
+  /// depth is the range (laser scanners); absent = z if the first cloud is a camera's
+  /// (isCameraView()), else zero.
+  std::optional<Vector3> optical_axis;
   FeatureSource source = FeatureSource::Auto;
   double resolution = 0.1;  ///< s, side of the grid cell whose features make a group, > 0
   /// [ours] dr of Eq. 4 is at least this many cells, >= 0; 0 = the paper. See
