@@ -55,7 +55,7 @@ MapPointer makeMap(double resolution, const std::string& profile, double max_ran
                    const std::optional<std::string>& unseen, std::optional<double> min_probability,
                    int threads) {
   PlanarMapParams params = PlanarMapParams::of(profileOf(profile));
-  params.approximation.resolution = resolution;
+  params.setResolution(resolution);
   params.approximation.threads = threads;
   params.approximation.up = vectorOf(up, "up");
   params.max_range = max_range;

@@ -77,10 +77,10 @@ void MappingInput::setNoiseModel(const std::optional<StereoNoise>& noise) {
 
 PlanarMapParams MappingInput::paramsFor(const PointsView& points, const Indices* indices,
                                         const Pose& T_world_sensor) const {
-  PlanarMapParams params = params_;
+  CloudScale scale = scaleOf(points, usablePoints(points), T_world_sensor);
   const bool has_pose = sensor_pose_ || T_world_sensor.matrix() != Pose::Identity().matrix();
-  if (params.unknown_space && !has_pose) params.unknown_space = !isMerged(points, indices);
-  return params;
+  scale.has_sensor = has_pose || !params_.unknown_space || !isMerged(points, indices);
+  return params_.resolvedFor(scale);
 }
 
 FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
@@ -122,8 +122,13 @@ void MappingInput::setParams(const PlanarMapParams& params) {
   params_ = params;
 }
 
+void MappingInput::setResolution(double metres) {
+  PlanarMapParams changed = params_;
+  changed.setResolution(metres);
+  setParams(changed);
+}
+
 PLANAR_MAPPING_SETTER(MappingInput, setProfile, Profile, approximation.profile)
-PLANAR_MAPPING_SETTER(MappingInput, setResolution, double, approximation.resolution)
 PLANAR_MAPPING_SETTER(MappingInput, setThickness, double, approximation.thickness)
 PLANAR_MAPPING_SETTER(MappingInput, setMinPointsPerCell, int, approximation.min_points_per_cell)
 PLANAR_MAPPING_SETTER(MappingInput, setHoleSize, double, approximation.hole_size)

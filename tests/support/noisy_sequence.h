@@ -186,9 +186,7 @@ inline PlanarMap noisyMap(double resolution) {
 
 inline PlanarMapParams roomParams(double resolution = 0.1) {
   PlanarMapParams params;
-  params.approximation.resolution = resolution;
-  params.association_offset = resolution;
-  params.association_gap = 5.0 * resolution;
+  params.setResolution(resolution);
   params.max_range = 8.0;
   params.unknown_space = false;
   return params;

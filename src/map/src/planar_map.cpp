@@ -42,48 +42,6 @@ detail::Clearing clearingOf(const detail::MapData& map, const FrameObservation& 
 
 }  // namespace
 
-PlanarMapParams PlanarMapParams::of(Profile profile) {
-  PlanarMapParams params;
-  params.approximation.profile = profile;
-  if (profile == Profile::Compact) return params;
-  params.unseen = Unseen::Free;
-  // The features' beliefs as they are; looking through a cell changes nothing.
-  params.belief_gain = 1.0;
-  params.miss_factor = 1.0;
-  params.first_belief = 1.0;
-  params.min_cell_fraction = 0.0;
-  params.surface_factor = 0.0;
-  return params;
-}
-
-void PlanarMapParams::validate() const {
-  approximation.validate();
-  for (const double value : origin) requireInRange("origin", value, -1e9, 1e9, "m");
-  requireInRange("association_angle", association_angle, 0.0, 0.5 * M_PI, "rad");
-  requireInRange("association_offset", association_offset, 0.0, 1e6, "m");
-  requireInRange("association_gap", association_gap, 0.0, 1e6, "m");
-  requireInRange("unknown_resolution", unknown_resolution, 0.0, 1e6, "m");
-  requireInRange("max_range", max_range, 0.0, 1e6, "m");
-  requireInRange("miss_range", miss_range, 0.0, 1e6, "m");
-  requireInRange("min_probability", min_probability, 0.0, 1.0);
-  requirePositive("belief_gain", belief_gain);
-  requireInRange("belief_gain", belief_gain, 0.0, 1.0);
-  requireInRange("miss_factor", miss_factor, 0.0, 1.0);
-  requireInRange("noise_factor", noise_factor, 0.0, 10.0);
-  requireInRange("min_cell_fraction", min_cell_fraction, 0.0, 1.0);
-  requireInRange("rim_pixels", rim_pixels, 0.0, 1e6, "px");
-  requireInRange("surface_factor", surface_factor, 0.0, 10.0);
-  requirePositive("first_belief", first_belief);
-  requireInRange("first_belief", first_belief, 0.0, 1.0);
-  requireInRange("refit_tolerance", refit_tolerance, 0.0, 1e6, "resolutions");
-  requireInRange("range_image_step", range_image_step, 1e-3, 0.5, "rad");
-  if (unknown_space) {
-    // Beyond that one frame would ask for gigabytes of unknown space.
-    const double cell = unknown_resolution > 0.0 ? unknown_resolution : approximation.resolution;
-    requireInRange("max_range", max_range, 0.0, detail::kMaxRangeCells * cell, "m");
-  }
-}
-
 PlanarMap::PlanarMap(const PlanarMapParams& params) : impl_(std::make_unique<Impl>()) {
   params.validate();
   impl_->data = detail::MapData(params);

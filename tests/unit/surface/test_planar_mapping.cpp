@@ -64,6 +64,8 @@ TEST(PlanarMapping, ParametersHoldFromTheNextReset) {
   mapping.setInputCloud(wall.cloud);
   mapping.integrate();
   EXPECT_EQ(mapping.map().params().approximation.resolution, 0.2);
+  EXPECT_EQ(mapping.map().params().association_offset, 0.2);
+  EXPECT_EQ(mapping.map().params().association_gap, 1.0);
   mapping.setResolution(0.1);
   mapping.integrate();
   EXPECT_EQ(mapping.map().params().approximation.resolution, 0.2);

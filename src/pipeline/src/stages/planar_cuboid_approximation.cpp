@@ -1,12 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/surface/planar_mapping.h"
 #include "rounded.h"
 
@@ -14,19 +11,6 @@ namespace planar_mapping {
 namespace {
 
 constexpr double kMostMetres = 1e6;
-constexpr double kMaxCells = 2048.0;  // of space that the map keeps track of, from the sensor
-
-/// Coordinates are floats: far from 0 they are coarser than what is to be mapped.
-void requirePrecision(double range, double resolution) {
-  constexpr double kSteps = 8.0;  // of a coordinate in a cell, at least
-  const double step = range * std::numeric_limits<float>::epsilon();
-  if (kSteps * step <= resolution) return;
-  throw InputError("coordinates reach " + formatNumber(range) +
-                   " m, where a float knows steps of " + formatNumber(step) +
-                   " m, too coarse for cells of " + formatNumber(resolution) +
-                   " m; take a larger resolution_m, or, where the file has floats, save x, y, z as "
-                   "doubles (PCD: SIZE 8, PLY: double) before they are rounded");
-}
 
 class PlanarCuboidApproximationStage : public Stage {
  public:
@@ -135,30 +119,25 @@ class PlanarCuboidApproximationStage : public Stage {
   }
   void adapt(const CloudScale& scale) override {
     if (!resolution_) resolution_ = automaticResolution(scale);
-    requirePrecision(scale.max_range, *resolution_);
-    if (!association_offset_) association_offset_ = *resolution_;
-    if (!association_gap_) association_gap_ = 5.0 * *resolution_;
-    const double mapped = withinLimit(scale.depth_limit.value_or(scale.max_range));
-    if (!miss_range_) miss_range_ = max_range_.value_or(mapped);
-    // Free space ends where measurements do. What is hidden beyond what is mapped would be borders,
-    // as noisy as the depths, of nothing in the map.
-    if (max_range_) {
-      max_range_ = std::min(*max_range_, withinLimit(kMostMetres));
-    } else {
-      max_range_ = withinLimit(params_.unseen == Unseen::Free ? mapped : kMaxCells * *resolution_);
-    }
     if (!up_) up_ = scale.up;
-    if (unknown_space_ == UnknownSpace::Auto)
-      unknown_space_ = scale.has_sensor ? UnknownSpace::Yes : UnknownSpace::No;
-    params_.unknown_space = unknown_space_ == UnknownSpace::Yes;
-    noise_.adapt(scale);
-    params_.approximation.resolution = *resolution_;
-    params_.approximation.up = up_->normalized();
-    params_.association_offset = *association_offset_;
-    params_.association_gap = *association_gap_;
-    params_.max_range = *max_range_;
-    params_.miss_range = *miss_range_;
+    params_.setResolution(*resolution_);
+    params_.association_offset = association_offset_.value_or(params_.association_offset);
+    params_.association_gap = association_gap_.value_or(params_.association_gap);
+    params_.approximation.up = *up_;
+    params_.max_range = max_range_.value_or(0.0);
+    params_.miss_range = miss_range_.value_or(0.0);
+    params_.unknown_space = unknown_space_ != UnknownSpace::No;
+    CloudScale seen = scale;
+    seen.has_sensor = scale.has_sensor || unknown_space_ == UnknownSpace::Yes;
+    params_ = params_.resolvedFor(seen);
     params_.validate();
+    noise_.adapt(scale);
+    // What the configuration that is written with the map says.
+    association_offset_ = params_.association_offset;
+    association_gap_ = params_.association_gap;
+    max_range_ = params_.max_range;
+    miss_range_ = params_.miss_range;
+    unknown_space_ = params_.unknown_space ? UnknownSpace::Yes : UnknownSpace::No;
   }
   std::optional<double> resolution() const override { return resolution_; }
   void configureMap(PlanarMapParams& params) const override { params = params_; }
@@ -189,12 +168,6 @@ class PlanarCuboidApproximationStage : public Stage {
 
  private:
   enum class UnknownSpace : std::uint8_t { Auto, Yes, No };
-
-  double withinLimit(double range) const {
-    const double unknown = params_.unknown_resolution;
-    const double cell = unknown > 0.0 ? unknown : *resolution_;
-    return std::clamp(range, cell, kMaxCells * cell);
-  }
 
   PlanarMapParams params_;
   std::optional<double> resolution_ = 0.1;

@@ -88,7 +88,8 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   /// profile alone; PlanarMapParams::of() has all defaults of one.
   void setProfile(Profile profile);
   Profile getProfile() const { return params_.approximation.profile; }
-  /// s, side of the smallest cell, metres, > 0.
+  /// s, side of the smallest cell, metres, > 0; the limits of association follow it, see
+  /// PlanarMapParams::setResolution().
   void setResolution(double metres);
   double getResolution() const { return params_.approximation.resolution; }
   /// Extension of planar cuboids away from the sensor, metres, >= 0; 0 = the resolution.
@@ -107,7 +108,8 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   /// Up in the world, of any length > 0; the first axis of a planar cuboid is horizontal.
   void setUpDirection(const Vector3& up);
   const Vector3& getUpDirection() const { return params_.approximation.up; }
-  /// Space beyond this depth is not classified: it stays what it was, metres, > 0.
+  /// Space beyond this depth is not classified: it stays what it was, metres; 0 (the default) = as
+  /// far as the first cloud lets, see PlanarMapParams::resolvedFor().
   void setMaxRange(double metres);
   double getMaxRange() const { return params_.max_range; }
   /// Cells believed less than this are removed, in [0, 1].
@@ -123,8 +125,8 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   MappingInput(const MappingInput&) = default;
   MappingInput& operator=(const MappingInput&) = default;
 
-  /// The parameters of a map that starts with this frame: one that cannot have been seen from the
-  /// origin, and has no other pose, knows no free space; see isMerged().
+  /// The parameters of a map that starts with this frame, see PlanarMapParams::resolvedFor(): one
+  /// that cannot have been seen from the origin (isMerged()), and has no other pose, has no sensor.
   /// \throws InputError for an index outside the cloud
   PlanarMapParams paramsFor(const PointsView& points, const Indices* indices,
                             const Pose& T_world_sensor) const;

@@ -6,6 +6,8 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 
@@ -29,7 +31,9 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// Maps of frames of their own do not fit together as they are. Not used by the map either.
   MapFrame frame = MapFrame::World;
   CuboidApproximationParams approximation;  ///< resolution s, profile, thickness, ...; up = world z
-  double association_angle = 0.087;  ///< [ours] largest angle between a new plane and its map plane
+  /// [ours] largest angle between a new plane and its map plane, 0.087; the degrees are those of
+  /// configurations, to the last bit
+  double association_angle = 4.98473281764 * kRadiansPerDegree;
   double association_offset = 0.10;  ///< [ours] largest offset between them at the new points
   double association_gap = 0.5;      ///< [ours] largest gap between their patches
   bool unknown_space = true;         ///< keep track of free and unknown space (III-F, Fig. 5c)
@@ -64,7 +68,17 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// [ours] cells follow a refit of their plane that moves them by more, in resolutions, >= 0
   double refit_tolerance = 0.1;
   /// [ours] radians between pixels of the images around the sensor, for clouds without a camera
-  double range_image_step = 0.0087;
+  double range_image_step = 0.498473281764 * kRadiansPerDegree;
+
+  /// Sets approximation.resolution, and the limits of association that suit it: one cell for the
+  /// offset, five for the gap.
+  void setResolution(double metres);
+
+  /// These parameters for a map that begins with such a cloud, as the stage
+  /// `planar_cuboid_approximation` has them: ranges that are 0 follow from the cloud, none is
+  /// longer than 2,048 cells, up has length 1, and without a sensor no space is known to be free.
+  /// \throws InputError if the cloud's coordinates, as floats, are too coarse for the resolution
+  PlanarMapParams resolvedFor(const CloudScale& scale) const;
 
   /// The defaults of a profile: Paper takes beliefs as they are and adds nothing of ours.
   static PlanarMapParams of(Profile profile);
