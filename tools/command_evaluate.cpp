@@ -239,7 +239,6 @@ int evaluate(const EvaluateArguments& arguments) {
   const std::atomic<bool>& stop_requested = stopOnSignal();
   EvaluationJob job;
   job.methods = std::move(methods);
-  job.methods.measure_heap = arguments.threads == 1;
   job.threads = arguments.threads;
   job.stop = &stop_requested;
   if (arguments.progress == "jsonl") {

@@ -25,7 +25,6 @@ struct PlanarMethod {
 struct MethodOptions {
   std::vector<double> cells;  ///< s, metres
   std::vector<PlanarMethod> planar;
-  bool measure_heap = true;  ///< no other thread is at work
   /// Also SG, OG and RA of the cells that the map of this name occupies, an exact cover with boxes
   /// alone: the filters of the planar map for all methods. Empty = without.
   std::string filtered_by;

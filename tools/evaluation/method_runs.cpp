@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <malloc.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,21 +14,6 @@
 
 namespace planar_mapping::tools {
 namespace {
-
-/// Bytes that this process has taken from malloc and not given back.
-std::size_t heapInUse() {
-  const struct mallinfo2 info = ::mallinfo2();
-  return info.uordblks + info.hblkhd;
-}
-
-/// Bytes that a copy of \p original takes of the heap, rounding of malloc included. Means nothing
-/// while other threads are at work.
-template <typename T>
-double heapBytesOfCopy(const T& original) {
-  const std::size_t before = heapInUse();
-  const T copy(original);
-  return static_cast<double>(heapInUse() - before);
-}
 
 using evaluation::Figures;
 
@@ -194,7 +177,6 @@ class CellRun {
     evaluator_.setStandardCells(grid.size());
     Figures figures = evaluator_.figures(cuboids);
     figures.memory_bytes = static_cast<double>(grid.memoryBytes());
-    if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(grid);
     figures.file_bytes = static_cast<double>(grid.fileBytes());
     figures.time_ms_per_frame = perFrame(ms);
     add("SG", std::move(figures));
@@ -213,7 +195,6 @@ class CellRun {
     const double ms = watch.milliseconds();
     Figures figures = evaluator_.figures(cuboids);
     figures.memory_bytes = static_cast<double>(grid->heapBytes());
-    figures.heap_bytes = figures.memory_bytes;
     figures.free_not_known =
         evaluator_.notKnown([&grid](const Vector3& point) { return grid->isFree(point); });
     figures.file_bytes = static_cast<double>(grid->fileBytes());
@@ -242,13 +223,10 @@ class CellRun {
     PlanarRun run = planar_.make(method.load(s_));
     Figures figures = evaluator_.figures(run.map.cuboids());
     figures.memory_bytes = static_cast<double>(run.map.memoryBytes());
-    if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(run.map);
     figures.file_bytes = static_cast<double>(run.map.serialize().size());
     figures.free_not_known =
         evaluator_.notKnown([&run](const Vector3& point) { return run.map.isFree(point); });
-    const PlanarMap finished = run.map.finished();
-    figures.finished_bytes = static_cast<double>(finished.serialize().size());
-    figures.finished_memory_bytes = static_cast<double>(finished.memoryBytes());
+    figures.finished_bytes = static_cast<double>(run.map.finished().serialize().size());
     figures.time_ms_per_frame = perFrame(run.time_ms);
     add(method.name, std::move(figures));
     if (method.name == options_.filtered_by) ofFilteredCells(cellsIn(run.map.cuboids(), s_));

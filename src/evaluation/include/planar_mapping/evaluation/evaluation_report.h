@@ -32,12 +32,10 @@ struct Figures {
   std::optional<double> free_space_violation;  ///< fraction of what rays crossed, in [0, 1]
   std::optional<double> free_not_known;        ///< fraction of it that is not known to be free
   std::optional<double> memory_bytes;          ///< of the live structure; OG: of its heap
-  std::optional<double> heap_bytes;            ///< that a copy of the structure takes
   std::optional<double> file_bytes;
-  std::optional<double> compressed_bytes;       ///< OG: of the file under zstd, as ours is
-  std::optional<double> finished_bytes;         ///< ours: file of the finished map
-  std::optional<double> finished_memory_bytes;  ///< ours: of the finished map
-  std::optional<double> ot_bytes;               ///< OG: file with beliefs
+  std::optional<double> compressed_bytes;  ///< OG: of the file under zstd, as ours is
+  std::optional<double> finished_bytes;    ///< ours: file of the finished map
+  std::optional<double> ot_bytes;          ///< OG: file with beliefs
   std::optional<double> time_ms_per_frame;
   std::optional<double> frames;          ///< that were placed
   std::optional<double> position_rms_m;  ///< of poses found, from given ones, aligned at the first
