@@ -55,15 +55,12 @@ Floors::Floors(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
 /// Cells with their middles within a radius; the rim of the raster is empty.
 template <typename Visit>
 void Floors::forNeighbours(std::size_t cell, double radius, const Visit& visit) const {
-  const auto width = static_cast<std::size_t>(raster_.size.x());
   const int reach = static_cast<int>(radius / raster_.cell);
-  const int x = static_cast<int>(cell % width), y = static_cast<int>(cell / width);
-  for (int v = std::max(y - reach, 0); v <= std::min(y + reach, raster_.size.y() - 1); ++v) {
-    for (int u = std::max(x - reach, 0); u <= std::min(x + reach, raster_.size.x() - 1); ++u) {
-      if (raster_.cell * std::hypot(u - x, v - y) <= radius)
-        visit(static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u));
-    }
-  }
+  const Eigen::Array2i place = raster_.placeOf(cell);
+  raster_.forCells(place - reach, place + reach, [&](const Eigen::Array2i& at) {
+    if (raster_.cell * std::hypot(at.x() - place.x(), at.y() - place.y()) <= radius)
+      visit(raster_.numberOf(at));
+  });
 }
 
 void Floors::sampleFaces(const std::vector<Cuboid>& cuboids) {
@@ -89,9 +86,7 @@ void Floors::sampleFaces(const std::vector<Cuboid>& cuboids) {
           found.emplace_back(cell, sample);
         });
   }
-  first_.assign(
-      static_cast<std::size_t>(raster_.size.x()) * static_cast<std::size_t>(raster_.size.y()) + 1,
-      0);
+  first_.assign(raster_.count() + 1, 0);
   for (const auto& [cell, sample] : found) ++first_[cell + 1];
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   samples_.resize(found.size());
@@ -144,10 +139,7 @@ void Floors::findFloor(const GroundHeights& ground, double low) {
   std::vector<double> off;
   forCells([&](std::size_t cell, std::uint32_t k) {
     Sample& sample = samples_[k];
-    const auto width = static_cast<std::size_t>(raster_.size.x());
-    const Vector2 at =
-        raster_.origin + raster_.cell * Vector2(static_cast<double>(cell % width) + 0.5,
-                                                static_cast<double>(cell / width) + 0.5);
+    const Vector2 at = raster_.middleOf(raster_.placeOf(cell));
     const double over = sample.height - ground.at({at.x(), at.y(), 0.0});
     sample.is_level = over <= low && over >= -kMaxStep;
     const double from = sample.is_level ? std::min(over, 0.0) - over : 0.0;
@@ -197,9 +189,7 @@ std::optional<Floors::Place> Floors::at(const Vector2& place, double near) const
   constexpr double kMost = 1.0;  // metres: not another storey
   const Eigen::Array2d cell = ((place - raster_.origin) / raster_.cell).array();
   if ((cell < 0.0).any() || (cell >= raster_.size.cast<double>()).any()) return std::nullopt;
-  const std::size_t i =
-      static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(raster_.size.x()) +
-      static_cast<std::size_t>(cell.x());
+  const std::size_t i = raster_.numberOf(cell.cast<int>());
   const Sample* found = nullptr;
   bool is_inside = false;
   for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k) {
@@ -218,13 +208,10 @@ std::vector<GroundPoint> Floors::ground() const {
   constexpr float kSameFloor = 0.3f;  // metres
   constexpr double kFraction = 0.3;   // of the largest of several floors over each other
   std::map<std::pair<int, int>, std::vector<float>> places;
-  const auto width = static_cast<std::size_t>(raster_.size.x());
   for (std::size_t cell = 0; cell + 1 < first_.size(); ++cell) {
     for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
       if (!samples_[k].is_floor) continue;
-      const Vector2 at =
-          raster_.origin + raster_.cell * Vector2(static_cast<double>(cell % width) + 0.5,
-                                                  static_cast<double>(cell / width) + 0.5);
+      const Vector2 at = raster_.middleOf(raster_.placeOf(cell));
       places[{static_cast<int>(std::floor(at.x() / kSide)),
               static_cast<int>(std::floor(at.y() / kSide))}]
           .push_back(samples_[k].height);

@@ -16,6 +16,26 @@ struct Raster {
   double cell = 1.0;  ///< side
   Eigen::Array2i size = {0, 0};
 
+  std::size_t count() const { return numberOf({0, size.y()}); }
+  std::size_t numberOf(const Eigen::Array2i& place) const {
+    return static_cast<std::size_t>(place.y()) * static_cast<std::size_t>(size.x()) +
+           static_cast<std::size_t>(place.x());
+  }
+  Eigen::Array2i placeOf(std::size_t number) const {
+    const auto width = static_cast<std::size_t>(size.x());
+    return {static_cast<int>(number % width), static_cast<int>(number / width)};
+  }
+  Vector2 middleOf(const Eigen::Array2i& place) const {
+    return origin + cell * Vector2(place.x() + 0.5, place.y() + 0.5);
+  }
+
+  /// Calls visit(place) for the cells from one to another, both included, that there are.
+  template <typename Visit>
+  void forCells(const Eigen::Array2i& from, const Eigen::Array2i& to, const Visit& visit) const {
+    const Eigen::Array2i first = from.max(0), last = to.min(size - 1);
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); ++x) visit(Eigen::Array2i(x, y));
+  }
   /// Calls visit(number, middle) for the cells within a distance of a place along x and y.
   template <typename Visit>
   void forCellsAround(const Vector2& place, const Vector2& reach, const Visit& visit) const {
@@ -23,13 +43,8 @@ struct Raster {
       const Eigen::Array2d last = size.cast<double>() - 1.0;
       return ((at - origin) / cell).array().max(0.0).min(last).template cast<int>().eval();
     };
-    const Eigen::Array2i first = cellOf(place - reach), end = cellOf(place + reach);
-    for (int y = first.y(); y <= end.y(); ++y) {
-      for (int x = first.x(); x <= end.x(); ++x)
-        visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x()) +
-                  static_cast<std::size_t>(x),
-              Vector2(origin + cell * Vector2(x + 0.5, y + 0.5)));
-    }
+    forCells(cellOf(place - reach), cellOf(place + reach),
+             [&](const Eigen::Array2i& at) { visit(numberOf(at), middleOf(at)); });
   }
 };
 

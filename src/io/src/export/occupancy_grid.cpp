@@ -37,14 +37,16 @@ struct Columns {
   Columns(GroundHeights heights, const GridBand& band)
       : ground(std::move(heights)), low(band.low), high(band.high) {}
 
+  Raster raster() const {
+    return {grid.origin, grid.cell, {static_cast<int>(grid.width), static_cast<int>(grid.height)}};
+  }
   /// Cells at most so many rows and columns away.
   template <typename Visit>
   void forAround(std::size_t cell, int reach, const Visit& visit) const {
-    const int width = static_cast<int>(grid.width), height = static_cast<int>(grid.height);
-    const int x = static_cast<int>(cell % grid.width), y = static_cast<int>(cell / grid.width);
-    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height - 1); ++v)
-      for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width - 1); ++u)
-        visit(static_cast<std::size_t>(v * width + u));
+    const Raster cells = raster();
+    const Eigen::Array2i place = cells.placeOf(cell);
+    cells.forCells(place - reach, place + reach,
+                   [&](const Eigen::Array2i& at) { visit(cells.numberOf(at)); });
   }
 
   /// \param follow  heights are those of the floor at each cell, where there is one; elsewhere of
@@ -53,8 +55,7 @@ struct Columns {
     const double step = DepthBelow(grid.cell).from;
     has_floor.assign(std::size_t{grid.width} * grid.height, 0);
     for (std::size_t i = 0; i < has_floor.size(); ++i) {
-      const Vector2 cell(static_cast<double>(i % grid.width), static_cast<double>(i / grid.width));
-      const Vector2 at = grid.origin + grid.cell * (cell + Vector2(0.5, 0.5));
+      const Vector2 at = raster().middleOf(raster().placeOf(i));
       const double found = ground.at({at.x(), at.y(), 0.0});
       const std::optional<Floors::Place> floor = floors.at(at, found);
       ground_at.push_back(static_cast<float>(floor && follow ? floor->height : found));
@@ -110,9 +111,7 @@ struct Columns {
 
   template <typename Visit>
   void forEachCellBelow(const Cuboid& cuboid, const Vector3& reach, const Visit& visit) const {
-    const Eigen::Array2i size(static_cast<int>(grid.width), static_cast<int>(grid.height));
-    Raster{grid.origin, grid.cell, size}.forCellsAround(cuboid.center.head<2>(), reach.head<2>(),
-                                                        visit);
+    raster().forCellsAround(cuboid.center.head<2>(), reach.head<2>(), visit);
   }
 };
 
