@@ -7,25 +7,11 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/detail/int3.h"
 
 namespace planar_mapping::detail {
 
-/// Integer coordinates of a cubic cell.
-struct CellKey {
-  std::int32_t x = 0;
-  std::int32_t y = 0;
-  std::int32_t z = 0;
-  bool operator==(const CellKey& other) const {
-    return x == other.x && y == other.y && z == other.z;
-  }
-  bool operator<(const CellKey& other) const {
-    if (z != other.z) return z < other.z;
-    if (y != other.y) return y < other.y;
-    return x < other.x;
-  }
-  /// The cell of twice the side that holds this one.
-  CellKey parent() const { return {x >> 1, y >> 1, z >> 1}; }
-};
+using CellKey = Int3;
 
 /// The cell of a place in units of the side; false beyond 2^30 cells and for what is not a number.
 inline bool cellOf(const Vector3& place, CellKey& key) {

@@ -101,7 +101,7 @@ class BoxCover {
  public:
   /// \param cells  distinct, ascending
   explicit BoxCover(const std::vector<GridCell>& cells) : covers_(cells.size(), 0) {
-    for (const GridCell& cell : cells) cells_[detail::packKey({cell.x, cell.y, cell.z})] = cell;
+    for (const GridCell& cell : cells) cells_[detail::packKey(cell)] = cell;
   }
 
   /// Each cell that is not covered yet gets the best of the boxes that grow from it along the axes
@@ -124,7 +124,7 @@ class BoxCover {
   std::int32_t at(const GridCell& cell) const {
     for (const std::int32_t v : {cell.x, cell.y, cell.z})
       if (v < -detail::kLatticeLimit || v >= detail::kLatticeLimit) return -1;
-    const std::size_t number = cells_.indexOf(detail::packKey({cell.x, cell.y, cell.z}));
+    const std::size_t number = cells_.indexOf(detail::packKey(cell));
     return number == cells_.kNone ? -1 : static_cast<std::int32_t>(number);
   }
 

@@ -107,7 +107,7 @@ void StandardGrid::insert(const std::vector<Vector3>& obstacles, const std::vect
 
 std::vector<GridCell> StandardGrid::cells() const {
   std::vector<GridCell> cells;
-  for (const std::uint64_t key : log_odds_.sortedKeys()) cells.push_back(detail::cellOf(key));
+  for (const std::uint64_t key : log_odds_.sortedKeys()) cells.push_back(detail::unpackKey(key));
   return cells;
 }
 

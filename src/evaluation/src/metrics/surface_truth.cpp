@@ -127,7 +127,8 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
   std::vector<VisibleCell> cells;
   for (const std::uint64_t key : table.sortedKeys()) {
     const Sum& sum = *table.find(key);
-    cells.push_back({detail::cellOf(key), sum.points / static_cast<double>(sum.count), sum.pixels});
+    cells.push_back(
+        {detail::unpackKey(key), sum.points / static_cast<double>(sum.count), sum.pixels});
   }
   return cells;
 }

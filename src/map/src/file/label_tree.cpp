@@ -27,7 +27,7 @@ void LabelTree::add(std::vector<CellLabels>& bundles, Label background) {
   const auto isFirst = [this](const CellLabels& l, const CellLabels& r) {
     const Int3 a = regionOf(l.at);
     const Int3 b = regionOf(r.at);
-    return a == b ? placeOf(l.at) < placeOf(r.at) : isBefore(a, b);
+    return a == b ? placeOf(l.at) < placeOf(r.at) : a < b;
   };
   if (!std::is_sorted(bundles.begin(), bundles.end(), isFirst)) {
     std::sort(bundles.begin(), bundles.end(), isFirst);

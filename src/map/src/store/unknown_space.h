@@ -70,7 +70,7 @@ class UnknownSpace {
   static int bitOf(const Int3& cell) { return 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3); }
 
   /// Calls visit(block coordinates, Block) for every block of regions of which something is
-  /// stored, region by region in the order of isBefore().
+  /// stored, region by region in the order of Int3.
   template <typename Visit>
   void forEachBlock(Visit&& visit) const {
     SpaceRegion::Blocks blocks;

@@ -25,11 +25,6 @@ inline std::size_t bytesOfBits(std::size_t count, int bits) {
   return (count * static_cast<std::size_t>(bits) + 7) / 8;
 }
 
-inline GridCell cellOf(std::uint64_t key) {
-  const auto cell = unpackKey(key);
-  return {cell.x, cell.y, cell.z};
-}
-
 /// Low corner of the cell, in cells.
 inline Vector3 cornerOf(std::uint64_t key) {
   const auto cell = unpackKey(key);

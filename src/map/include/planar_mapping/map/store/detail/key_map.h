@@ -6,12 +6,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <new>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/detail/int3.h"
 
 namespace planar_mapping::detail {
 
@@ -32,18 +32,7 @@ inline void unpackKey(std::uint64_t key, std::int32_t& a, std::int32_t& b) {
   b = static_cast<std::int32_t>(static_cast<std::uint32_t>(key >> 32u));
 }
 
-struct Int3 {
-  std::int32_t x = 0;
-  std::int32_t y = 0;
-  std::int32_t z = 0;
-  bool operator==(const Int3& o) const { return x == o.x && y == o.y && z == o.z; }
-};
-/// By z, then y, then x.
-inline bool isBefore(const Int3& a, const Int3& b) {
-  return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
-}
-
-/// Keys of three coordinates sort by z, then y, then x.
+/// Keys of three coordinates sort as Int3 does.
 inline std::uint64_t packKey(const Int3& c) {
   const auto part = [](std::int32_t v) {
     return static_cast<std::uint64_t>(v + kLatticeLimit) & 0x1fffffu;
