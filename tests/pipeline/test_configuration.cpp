@@ -43,7 +43,6 @@ TEST(Configuration, ReadingTheEffectiveTextGivesTheSameText) {
 }
 
 /// Files of `config --effective` that were kept: no key is lost without a word in the change log.
-/// Fractions were called shares.
 TEST(Configuration, KeptConfigurationsAreRead) {
   const std::string folder =
       std::string(PLANAR_MAPPING_SOURCE_DIR) + "/tests/fuzz/corpus/configuration/effective_";
@@ -56,10 +55,7 @@ TEST(Configuration, KeptConfigurationsAreRead) {
       // Every key of the kept file is one of those that are written.
       std::istringstream lines(text);
       for (std::string line; std::getline(lines, line);) {
-        std::string key = line.substr(0, line.find(':') + 1);
-        if (const std::size_t share = line.find("_share:"); share != std::string::npos) {
-          key = line.substr(0, share) + "_fraction" + line.substr(line.find(':'));
-        }
+        const std::string key = line.substr(0, line.find(':') + 1);
         EXPECT_NE(again.find(key), std::string::npos) << key;
       }
     });

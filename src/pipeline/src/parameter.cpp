@@ -218,10 +218,7 @@ void ParameterTable::basic(const std::vector<std::string>& names) {
 const Parameter* ParameterTable::find(const std::string& name) const {
   for (const Parameter& parameter : parameters_)
     if (parameter.name == name) return &parameter;
-  // Fractions were called shares.
-  constexpr const char* kShare = "_share";
-  if (!endsWith(name, kShare)) return nullptr;
-  return find(name.substr(0, name.rfind(kShare)) + "_fraction");
+  return nullptr;
 }
 
 std::string toYaml(const ParameterValue& value) {
