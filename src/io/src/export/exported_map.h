@@ -49,9 +49,7 @@ bool isLevel(const Cuboid& cuboid, const Vector3& up);
 /// Middle of the upper face of such a cuboid.
 Vector3 topOf(const Cuboid& cuboid, const Vector3& up);
 
-/// Faces by corners(), wound outwards, and the same as triangles.
-constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                              {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+/// kCuboidFaces as triangles.
 constexpr int kTriangles[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
                                    {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
                                    {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};

@@ -64,7 +64,7 @@ Contents writeVtp(const ExportedMap& map, const std::string&) {
               });
   out += "</Points>\n<Polys>\n";
   appendArray(out, map, "type=\"Int64\" Name=\"connectivity\"", [&](const Cuboid&, std::size_t i) {
-    for (const auto& face : kFaces) {
+    for (const auto& face : kCuboidFaces) {
       for (const int k : face) append(out, 8 * i + static_cast<std::size_t>(k), ' ');
     }
     out += '\n';

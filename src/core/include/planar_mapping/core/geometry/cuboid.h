@@ -40,5 +40,8 @@ PLANAR_MAPPING_EXPORT Vector3 reach(const Cuboid& cuboid);
 PLANAR_MAPPING_EXPORT double halfAlong(const Cuboid& cuboid, const Vector3& direction);
 /// The eight corners; bit 0, 1, 2 of the index choose the sign along u, v, n.
 PLANAR_MAPPING_EXPORT std::array<Vector3, 8> corners(const Cuboid& cuboid);
+/// Corners of the faces, counter-clockwise seen from outside.
+constexpr int kCuboidFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
 
 }  // namespace planar_mapping
