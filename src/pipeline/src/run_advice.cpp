@@ -8,6 +8,7 @@
 
 #include "advice/leaning_floor.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "rounded.h"
 
 namespace planar_mapping::detail {
@@ -53,7 +54,7 @@ std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStat
 std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& statistics,
                                 const FrameSource& source, bool is_camera) {
   if (statistics.hasGroundInMostFrames()) return std::nullopt;
-  constexpr double kUsualSlope = 10.0 * M_PI / 180.0;  // of what lies along a street
+  constexpr double kUsualSlope = 10.0 * kRadiansPerDegree;  // of what lies along a street
   const bool is_own = map.params().frame == MapFrame::Start;
   const std::optional<LeaningFloor> floor = leaningFloor(map, is_camera);
   using Kind = LeaningFloor::Kind;
@@ -71,7 +72,8 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
            axis;
   }
   const std::string what = "what looks like a floor (" + rounded(floor->area, 0) +
-                           " m2) leans by " + rounded(floor->tilt * 180.0 / M_PI, 0) + " degrees: ";
+                           " m2) leans by " + rounded(floor->tilt / kRadiansPerDegree, 0) +
+                           " degrees: ";
   if (is_own)
     return what +
            "the sensor did not start level, and the first frame does not show how it was held; "

@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
 #include "planar_mapping/evaluation/evaluation_report.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
@@ -19,29 +21,23 @@ using Json = nlohmann::ordered_json;
 
 /// Median, 95th percentile (nearest rank) and sum.
 Json timesOf(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const auto rank = [&values](double fraction) {
-    if (values.empty()) return 0.0;
-    const double position = std::ceil(fraction * static_cast<double>(values.size()));
-    return values[static_cast<std::size_t>(std::max(position, 1.0)) - 1];
-  };
-  return {{"median", rank(0.5)},
-          {"p95", rank(0.95)},
-          {"total", std::accumulate(values.begin(), values.end(), 0.0)}};
+  const double total = std::accumulate(values.begin(), values.end(), 0.0);
+  if (values.empty()) values.push_back(0.0);
+  return {
+      {"median", nearestRank(values, 0.5)}, {"p95", nearestRank(values, 0.95)}, {"total", total}};
 }
 
 /// Of an estimated trajectory, against the poses that were given and not used.
 Json motionErrorOf(const std::vector<Pose>& estimate, const std::vector<Pose>& given) {
-  constexpr double kDegreesPerRadian = 57.29577951308232;
   const TrajectoryError error = trajectoryError(estimate, given);
   return {{"frames", error.poses},
           {"path_m", error.path_length},
           {"absolute_rms_m", error.absolute_rms},
           {"absolute_max_m", error.absolute_max},
           {"relative_rms_m", error.relative_translation_rms},
-          {"relative_rms_deg", error.relative_rotation_rms * kDegreesPerRadian},
+          {"relative_rms_deg", error.relative_rotation_rms / kRadiansPerDegree},
           {"end_drift_m", error.end_translation},
-          {"end_drift_deg", error.end_rotation * kDegreesPerRadian},
+          {"end_drift_deg", error.end_rotation / kRadiansPerDegree},
           {"end_drift_percent", error.endDriftPercent()}};
 }
 

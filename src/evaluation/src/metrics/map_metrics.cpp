@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::evaluation {
@@ -28,14 +29,6 @@ std::uint64_t shuffled(std::uint64_t key) {
 
 void requireStandardCells(std::size_t standard_cells) {
   if (standard_cells == 0) throw InputError("there are no standard cells to divide by");
-}
-
-/// Puts the values in another order. \pre there are some
-double nearestRank(std::vector<double>& values, double fraction) {
-  const double position = std::ceil(fraction * static_cast<double>(values.size()));
-  const auto rank = values.begin() + static_cast<std::ptrdiff_t>(std::max(position, 1.0)) - 1;
-  std::nth_element(values.begin(), rank, values.end());
-  return *rank;
 }
 
 /// Counts the parts of cuboids. Blocks of parts are decided as one where that is possible: a
@@ -211,8 +204,8 @@ HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector
   }
   HeldBackDistance result;
   if (distances.empty()) return result;
-  result.median = nearestRank(distances, 0.5);
-  result.percentile_95 = nearestRank(distances, 0.95);
+  result.median = planar_mapping::detail::nearestRank(distances, 0.5);
+  result.percentile_95 = planar_mapping::detail::nearestRank(distances, 0.95);
   const auto fractionWithin = [&distances](double most) {
     const auto within = std::count_if(distances.begin(), distances.end(),
                                       [most](double distance) { return distance <= most; });
@@ -247,8 +240,8 @@ SurfaceDistance surfaceDistance(const CuboidDistance& index, const std::vector<M
   }
   SurfaceDistance result;
   if (distances.empty()) return result;
-  result.median = nearestRank(distances, 0.5);
-  result.percentile_95 = nearestRank(distances, 0.95);
+  result.median = planar_mapping::detail::nearestRank(distances, 0.5);
+  result.percentile_95 = planar_mapping::detail::nearestRank(distances, 0.95);
   return result;
 }
 

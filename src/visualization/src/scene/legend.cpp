@@ -16,6 +16,8 @@
 #include <cmath>
 #include <set>
 
+#include "planar_mapping/core/geometry/detail/angles.h"
+
 namespace planar_mapping::visualization {
 namespace {
 
@@ -104,7 +106,7 @@ void addScale(const SceneContent& content, const ViewOptions& options, double fo
 double scalarOf(const Cuboid& cuboid, ColorBy color, const Vector3& up) {
   return color == ColorBy::Height        ? heightOf(cuboid, up)
          : color == ColorBy::Probability ? static_cast<double>(cuboid.probability)
-         : color == ColorBy::Tilt        ? tiltOf(cuboid, up) * 180.0 / M_PI
+         : color == ColorBy::Tilt        ? tiltOf(cuboid, up) / kRadiansPerDegree
                                          : 0.0;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/core/geometry/detail/oriented_box.h"
 
 namespace planar_mapping {
@@ -73,7 +74,7 @@ std::string describeCuboid(const SceneContent& content, int index) {
                 "probability  %.2f\n"
                 "state        %s",
                 index, plane.c_str(), c.center.x(), c.center.y(), c.center.z(), c.size.x(),
-                c.size.y(), c.size.z(), tiltOf(c, content.up) * 180.0 / M_PI,
+                c.size.y(), c.size.z(), tiltOf(c, content.up) / kRadiansPerDegree,
                 static_cast<double>(c.probability), toString(c.state));
   return text;
 }

@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "scene/decorations.h"
 
 namespace planar_mapping::visualization {
@@ -129,7 +130,7 @@ void place(const CameraView& view, const Vector3& origin, vtkCamera* camera) {
   camera->SetViewUp(view.view_up.x(), view.view_up.y(), view.view_up.z());
   camera->SetParallelProjection(view.parallel);
   camera->SetParallelScale(view.parallel_scale);
-  camera->SetViewAngle(view.view_angle * 180.0 / M_PI);
+  camera->SetViewAngle(view.view_angle / kRadiansPerDegree);
 }
 
 void Scene::look(const CameraView& view) {
@@ -147,7 +148,7 @@ CameraView Scene::camera() const {
   view.view_up = (up - up.dot(direction) * direction).normalized();
   view.parallel = camera->GetParallelProjection() != 0;
   view.parallel_scale = camera->GetParallelScale();
-  view.view_angle = camera->GetViewAngle() * M_PI / 180.0;
+  view.view_angle = camera->GetViewAngle() * kRadiansPerDegree;
   return view;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -30,6 +31,13 @@ T ranked(std::vector<T>& values, std::size_t place) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(place);
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+/// The value of the nearest rank at a fraction of the sorted values, which are reordered; of at
+/// least one.
+inline double nearestRank(std::vector<double>& values, double fraction) {
+  const double position = std::ceil(fraction * static_cast<double>(values.size()));
+  return ranked(values, static_cast<std::size_t>(std::max(position, 1.0)) - 1);
 }
 
 }  // namespace planar_mapping::detail
