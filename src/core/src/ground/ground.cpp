@@ -54,7 +54,6 @@ Ground findAmongMeasured(const PointsView& points, const Indices* indices,
       params, params.up ? *params.up : verticalOf(points, indices, Pose::Identity()));
   detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
   const auto sampled = static_cast<double>(sample.size());
-  ground.diagnostics.points_sampled = sample.size();
   const double points_per_draw =
       static_cast<double>(n) / std::max<double>(1.0, std::min<double>(n, params.sample_size));
   detail::GroundEstimate estimate;

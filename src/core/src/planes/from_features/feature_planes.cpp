@@ -98,8 +98,8 @@ PlaneSet densePlanesOf(std::vector<Plane> planes, const PointsView& points, cons
                        const MultiPlaneParams& params, const Vector3& sensor,
                        FeaturePlaneDiagnostics& diagnostics) {
   if (params.features.refine) {
-    diagnostics.rejected_not_surface = detail::eraseIf(
-        planes, [&](const Plane& plane) { return !isSurface(plane, points, indices, params); });
+    detail::eraseIf(planes,
+                    [&](const Plane& plane) { return !isSurface(plane, points, indices, params); });
   }
   const std::vector<std::int32_t> labels = detail::clusterIndexed(points, &indices, planes, params);
   PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params, sensor);
@@ -116,7 +116,7 @@ PlaneSet densePlanesOf(std::vector<Plane> planes, const PointsView& points, cons
     return set;
   }
   const double min_cosine = std::cos(params.features.max_refit_turn);
-  diagnostics.rejected_turned = detail::eraseIf(set.planes, [&](const PlaneSegment& segment) {
+  detail::eraseIf(set.planes, [&](const PlaneSegment& segment) {
     return std::fabs(before(segment).normal.dot(segment.plane.normal)) < min_cosine;
   });
   return set;
@@ -150,7 +150,6 @@ void addDense(const PointsView& points, std::vector<PlaneSegment> dense,
       ++at;
     if (at < number) {
       joined[at].push_back(i);
-      ++diagnostics.planes_joined;
     } else {
       planes.push_back(dense[i]);
       ++diagnostics.planes_of_dense_points;
@@ -199,7 +198,6 @@ PlaneSet planesFromFeatures(const PointsView& points, const Indices& indices,
   set.diagnostics.method = PlaneSearchMethod::MultiRansac;
   if (params.source == PlaneSource::Auto) {
     const Indices left = pointsLeft(points, indices, set.planes);
-    own.points_left = left.size();
     MultiPlaneParams dense = params;
     dense.max_planes = 0;
     PlaneSet found = findPlanes(points, &left, dense, sensor);

@@ -178,7 +178,6 @@ class MultiRansac {
         ++diagnostics_.hypotheses;
         if (j == k || !planeFromPoints(at(seed), at(static_cast<std::size_t>(j)),
                                        at(static_cast<std::size_t>(k)), plane)) {
-          ++diagnostics_.degenerate_samples;
           continue;
         }
         const double score = scoreAround(seed, plane);

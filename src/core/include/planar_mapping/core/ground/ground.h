@@ -73,7 +73,6 @@ struct GroundDiagnostics {
   GroundStatus status = GroundStatus::TooFewPoints;
   std::size_t points_considered = 0;
   std::size_t points_not_measured = 0;
-  std::size_t points_sampled = 0;
   std::size_t hypotheses = 0;  ///< that were scored
   std::size_t ground_points = 0;
   std::size_t wall_foot_points = 0;  ///< close to the ground, kept as foot of something higher

@@ -107,13 +107,9 @@ struct FeaturePlaneDiagnostics {
   std::size_t features_considered = 0;
   std::size_t features_not_finite = 0;
   std::size_t planes_of_features = 0;      ///< that multi-RANSAC proposed
-  std::size_t rejected_not_surface = 0;    ///< their points lie beside them as well
-  std::size_t rejected_turned = 0;         ///< by the refit
   std::size_t rejected_too_small = 0;      ///< fewer than min_inliers points
-  std::size_t planes_joined = 0;           ///< of the dense search, continuing one of features
   std::size_t planes_of_dense_points = 0;  ///< in the result
   std::size_t points_of_features = 0;      ///< points on planes found by features
-  std::size_t points_left = 0;             ///< that the dense search looked at
 };
 
 /// What findPlanes() did.
@@ -123,7 +119,6 @@ struct PlaneSearchDiagnostics {
   std::size_t points_not_measured = 0;
   std::size_t duplicate_points = 0;  ///< counted by MultiRansac, which samples each once
   std::size_t hypotheses = 0;
-  std::size_t degenerate_samples = 0;
   std::size_t rejected_too_small = 0;
   std::size_t rejected_not_significant = 0;
   std::size_t rejected_not_coherent = 0;  ///< planes through unrelated objects
