@@ -20,11 +20,11 @@ template <typename PointT>
 std::vector<std::uint8_t> GroundRemoval<PointT>::test(const PointCloud& cloud,
                                                       const Indices* indices) {
   ground_ = Ground();
-  constexpr double kMaxSpacing = 100.0;  // distance thresholds
   const CloudView view = viewOf(cloud);
   // Without the noise of a camera, whose errors far away may be metres.
   if (!getNoiseModel())
-    requireMetres(view, indices, kMaxSpacing * getDistanceThreshold(), "distance_threshold");
+    requireMetres(view, indices, kMaxSpacingInThresholds * getDistanceThreshold(),
+                  "distance_threshold");
   ground_ = tracker_.update(view, indices, sensorPoseOf(cloud, sensor_pose_));
   std::vector<std::uint8_t> verdicts = ground_.is_ground;
   static_assert(detail::kPasses == 0 && detail::kFails == 1, "as Ground::is_ground");

@@ -231,7 +231,6 @@ void FeaturePlaneParams::validate() const {
 PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
                        const std::vector<KeyFeature>& features, const MultiPlaneParams& params,
                        const Vector3& sensor) {
-  constexpr double kMaxSpacing = 100.0;  // distance thresholds
   params.validate();
   detail::checkView(points, sensor);
   if (indices == nullptr) {
@@ -243,7 +242,7 @@ PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
   }
   // Without the noise of a camera, whose errors far away may be metres.
   if (!params.noise) {
-    requireMetres(points, indices, kMaxSpacing * params.distance_threshold,
+    requireMetres(points, indices, kMaxSpacingInThresholds * params.distance_threshold,
                   "distance_threshold (by default half of resolution_m)");
   }
   if (params.source == PlaneSource::Dense) return findPlanes(points, indices, params, sensor);

@@ -72,6 +72,9 @@ PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
 /// \throws InputError for more than 2^31 - 1 points
 PLANAR_MAPPING_EXPORT Indices usablePoints(const PointsView& points);
 
+/// Spacing of the points, in distance thresholds, at which planes are no longer searched for.
+constexpr double kMaxSpacingInThresholds = 100.0;
+
 /// Refuses a cloud that is not in metres: each point stands for a surface more than \p max_spacing
 /// wide, and 99 % of the points are more than 30 times that from the sensor (the origin).
 /// \param indices      points that count, or null for all; those that are not finite are skipped
