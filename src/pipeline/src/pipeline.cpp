@@ -136,8 +136,9 @@ void Pipeline::moveToOrigin(Frame& frame) {
 void Pipeline::hideRemoved(Frame& frame) {
   if (!frame.skip_reason.empty()) return;
   if (frame.indices.empty()) frame.skip_reason = "no point is left to find its pose by";
-  const FrameCloud::Ptr hidden = pcl::make_shared<FrameCloud>(*frame.cloud);
-  for (pcl::PointXYZ& point : *hidden) point.x = point.y = point.z = NAN;
+  const auto hidden = pcl::make_shared<FrameCloud>(frame.cloud->width, frame.cloud->height,
+                                                   pcl::PointXYZ(NAN, NAN, NAN));
+  hidden->header = frame.cloud->header;
   for (const int i : frame.indices) {
     const auto at = static_cast<std::size_t>(i);
     (*hidden)[at] = (*frame.cloud)[at];
