@@ -87,7 +87,7 @@ TEST_F(WorldCoordinates, FloatsThatCannotHoldTheResolutionAreRefused) {
         expectExit(4, planarMap({"run", config(file), "-i", cloud, "-o", directory_ / "out", "-q"}),
                    "where a float knows steps of");
     EXPECT_NE(std::string::npos, result.err.find(cloud)) << result.err;
-    EXPECT_NE(std::string::npos, result.err.find("larger resolution_m")) << result.err;
+    EXPECT_NE(std::string::npos, result.err.find("larger resolution (resolution_m)")) << result.err;
     EXPECT_FALSE(exists("out"));
   }
 }

@@ -21,10 +21,11 @@ void requirePrecision(const CloudScale& scale, double resolution) {
   if (kSteps * step <= resolution) return;
   std::ostringstream what;
   what.imbue(std::locale::classic());
-  what << "coordinates reach " << scale.max_range << " m, where a float knows steps of " << step
-       << " m, too coarse for cells of " << resolution
-       << " m; take a larger resolution, or, where the file has floats, save x, y, z as doubles "
-          "(PCD: SIZE 8, PLY: double) before they are rounded";
+  what
+      << "coordinates reach " << scale.max_range << " m, where a float knows steps of " << step
+      << " m, too coarse for cells of " << resolution
+      << " m; take a larger resolution (resolution_m), or, where the file has floats, save x, y, z "
+         "as doubles (PCD: SIZE 8, PLY: double) before they are rounded";
   throw InputError(what.str());
 }
 
