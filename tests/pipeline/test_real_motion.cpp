@@ -215,8 +215,9 @@ TEST(RealMotion, AGivenPoseThatContradictsTheImagesIsNamed) {
   }
 }
 
-/// A sequence in which the depth of each frame is that of the next one.
-void delayColor(const std::string& sequence, const std::filesystem::path& folder) {
+/// A sequence in which the depth of each frame is that of a later one.
+void delayColor(const std::string& sequence, const std::filesystem::path& folder,
+                std::size_t by = 1) {
   namespace fs = std::filesystem;
   const fs::path data = test::realData(sequence);
   fs::create_directories(folder / "depth");
@@ -227,7 +228,7 @@ void delayColor(const std::string& sequence, const std::filesystem::path& folder
     names.push_back(file.path().filename().string());
   std::sort(names.begin(), names.end());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::string& next = names[std::min(i + 1, names.size() - 1)];
+    const std::string& next = names[std::min(i + by, names.size() - 1)];
     fs::create_symlink(fs::absolute(data / "depth" / next), folder / "depth" / names[i]);
   }
 }
@@ -248,6 +249,16 @@ TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
   const RealRun with_poses = travel("rgbd_indoor.yaml", {folder.path()}, 0, 24, 1, 1, true, "use");
   EXPECT_GE(without_poses.skipped, 20u);
   EXPECT_NE(std::string::npos, with_poses.warnings.find("contradicts the images"));
+}
+
+TEST(RealMotion, DepthThatNeverMeetsTheColourIsNamed) {
+  SKIP_IF_MISSING("rgbd_icl_livingroom");
+  for (const std::size_t by : {0, 3}) {
+    const TemporaryDirectory folder;
+    delayColor("rgbd_icl_livingroom", folder.path(), by);
+    const RealRun mapped = travel("rgbd_indoor.yaml", {folder.path()}, 0, 32, 2, 1, true, "use");
+    EXPECT_EQ(by > 0, mapped.warnings.find("meet none of the colour") != std::string::npos);
+  }
 }
 
 TEST(RealMotion, ThreadsDoNotChangeIt) {

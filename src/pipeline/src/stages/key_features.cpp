@@ -33,7 +33,15 @@ bool alignColour(Registered registered, detail::ColourRegistration& registration
     return false;
   }
   if (registration.state() == State::Unknown && showsTheCloud(frame)) {
+    const bool was_given_up = registration.isGivenUp();
     registration.look(frame.images.left, pointsOf(*frame.cloud));
+    // Where poses are given these frames are mapped.
+    if (registration.isGivenUp() && !was_given_up) {
+      frame.warnings.push_back(
+          "frame " + std::to_string(frame.number) + " " + frame.source +
+          ": edges of the depth images so far meet none of the colour images: are both of the same "
+          "moment, and registered? (key_features.registered=true says they are)");
+    }
     if (registration.state() == State::Apart) {
       frame.images_changed = true;
       frame.warnings.push_back(

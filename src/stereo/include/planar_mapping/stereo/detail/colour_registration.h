@@ -28,6 +28,8 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   State state() const { return state_; }
   /// Whether edges enough for an answer meet none of the image where they are, nor most of it near.
   bool isDoubtful() const { return state_ == State::Unknown && meets_nothing_; }
+  /// Whether it is doubtful after all the frames that are looked at.
+  bool isGivenUp() const { return isDoubtful() && frames_ >= kMaxFrames; }
   /// The image as it would be at the pixels of the depth image, but for the distance between the
   /// cameras: right to a few pixels. Of State::Apart.
   io::Image aligned(const io::Image& image) const;
