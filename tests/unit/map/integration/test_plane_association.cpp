@@ -17,6 +17,12 @@ namespace {
 
 using namespace test;
 
+void addPoint(const Vector3& point, PlaneSegment& plane, std::vector<float>& xyz) {
+  plane.inliers.push_back(static_cast<int>(xyz.size() / 3));
+  plane.moments.add(point);
+  for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(point[axis]));
+}
+
 TEST(PlaneAssociation, SeesTheSameWallTwiceAsOnePlane) {
   PlanarMap map(paramsAt(0.1));
   const std::vector<View> views = walk(6);
@@ -60,9 +66,7 @@ TEST(PlaneAssociation, MergesPlanesThatTurnOutToBeOne) {
     planes[0].plane = {-Vector3::UnitZ(), 3.0};
     for (float x = from; x < to; x += 0.02f) {
       for (float y = -0.5f; y < 0.5f; y += 0.02f) {
-        planes[0].inliers.push_back(static_cast<int>(xyz.size() / 3));
-        planes[0].moments.add({x, y, 3.0});
-        xyz.insert(xyz.end(), {x, y, 3.0f});
+        addPoint({x, y, 3.0}, planes[0], xyz);
       }
     }
     return planes;
@@ -115,10 +119,7 @@ struct TurnedRoom {
     plane.plane = {normal, -normal.dot(turn * corner)};
     for (double x = 0.01; x < 4.0; x += 0.02) {
       for (double y = 0.01; y < length; y += 0.02) {
-        const Vector3 p = turn * (corner + x * Vector3::UnitX() + y * side);
-        plane.inliers.push_back(static_cast<int>(xyz.size() / 3));
-        plane.moments.add(p);
-        for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+        addPoint(turn * (corner + x * Vector3::UnitX() + y * side), plane, xyz);
       }
     }
     planes.push_back(plane);
@@ -160,10 +161,8 @@ TEST(PlaneAssociation, KeepsPlanesApartThatOneFrameTellsApart) {
     const double depth = 2.0 - 0.06 * k;
     planes[static_cast<std::size_t>(k)].plane = {-Vector3::UnitZ(), depth};
     for (int i = 0; i < 2500; ++i) {
-      const Vector3 p(0.02 * (i % 50) + k, 0.02 * (i / 50), depth);
-      planes[static_cast<std::size_t>(k)].inliers.push_back(static_cast<int>(xyz.size() / 3));
-      planes[static_cast<std::size_t>(k)].moments.add(p);
-      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+      addPoint({0.02 * (i % 50) + k, 0.02 * (i / 50), depth}, planes[static_cast<std::size_t>(k)],
+               xyz);
     }
   }
   PlanarMap map(paramsAt(0.1));
