@@ -6,18 +6,13 @@
 #include <limits>
 #include <sstream>
 
+#include "planar_mapping/core/base/detail/number_text.h"
+
 namespace planar_mapping {
 namespace {
 
 std::string withUnit(const std::string& text, const std::string& unit) {
   return unit.empty() ? text : text + " " + unit;
-}
-
-std::string number(double value) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out << value;
-  return out.str();
 }
 
 std::string joined(const std::vector<std::string>& lines) {
@@ -27,6 +22,13 @@ std::string joined(const std::vector<std::string>& lines) {
 }
 
 }  // namespace
+
+std::string detail::numberText(double value) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out << value;
+  return out.str();
+}
 
 // Defined here so that each type has one vtable and is caught across shared libraries.
 Error::~Error() = default;
@@ -38,7 +40,7 @@ RenderError::~RenderError() = default;
 
 ParameterError::ParameterError(const std::string& name, double value, const std::string& range,
                                const std::string& unit)
-    : Error(name + " = " + withUnit(number(value), unit) +
+    : Error(name + " = " + withUnit(detail::numberText(value), unit) +
             " is out of range, allowed: " + withUnit(range, unit)) {}
 
 IoError::IoError(const std::string& path, const std::string& problem)
@@ -50,7 +52,8 @@ ConfigError::ConfigError(std::vector<std::string> problems)
 void requireInRange(const char* name, double value, double low, double high, const char* unit) {
   if (value >= low && value <= high) return;
   const std::string range =
-      std::isinf(high) ? ">= " + number(low) : "[" + number(low) + ", " + number(high) + "]";
+      std::isinf(high) ? ">= " + detail::numberText(low)
+                       : "[" + detail::numberText(low) + ", " + detail::numberText(high) + "]";
   throw ParameterError(name, value, range, unit);
 }
 

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <locale>
-#include <sstream>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "file/map_record.h"
+#include "planar_mapping/core/base/detail/number_text.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
@@ -19,14 +18,9 @@ namespace {
 
 void requireSame(const char* what, double ours, double other) {
   if (ours == other) return;
-  const auto text = [](double metres) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out << metres << " m";
-    return out.str();
-  };
-  throw InputError("maps with different " + std::string(what) + " cannot be merged: " + text(ours) +
-                   " here, " + text(other) + " in the other; map one of them again");
+  throw InputError("maps with different " + std::string(what) +
+                   " cannot be merged: " + numberText(ours) + " m here, " + numberText(other) +
+                   " m in the other; map one of them again");
 }
 
 /// \param T of the other map, a rigid motion
@@ -42,11 +36,9 @@ void requireAlike(const MapData& map, const MapData& other, const Pose& T) {
   const Vector3 theirs = T.linear() * other.params.approximation.up.normalized();
   if (std::acos(std::clamp(ours.dot(theirs), -1.0, 1.0)) <= kMaxTilt) return;
   const auto text = [](const Vector3& up) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
     const Vector3 rounded = (100.0 * up).array().round() / 100.0 + 0.0;  // no -0
-    out << '(' << rounded.x() << ", " << rounded.y() << ", " << rounded.z() << ')';
-    return out.str();
+    return "(" + numberText(rounded.x()) + ", " + numberText(rounded.y()) + ", " +
+           numberText(rounded.z()) + ")";
   };
   throw InputError("up is " + text(ours) + " here, but " + text(theirs) +
                    " in the other map, where its pose puts it; it needs a pose that turns one to "

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <locale>
-#include <sstream>
 
+#include "planar_mapping/core/base/detail/number_text.h"
 #include "planar_mapping/core/base/error.h"
 #include "store/unknown_space.h"
 
@@ -19,14 +18,12 @@ void requirePrecision(const CloudScale& scale, double resolution) {
   constexpr double kSteps = 8.0;  // of a coordinate in a cell, at least
   const double step = scale.max_range * std::numeric_limits<float>::epsilon();
   if (kSteps * step <= resolution) return;
-  std::ostringstream what;
-  what.imbue(std::locale::classic());
-  what
-      << "coordinates reach " << scale.max_range << " m, where a float knows steps of " << step
-      << " m, too coarse for cells of " << resolution
-      << " m; take a larger resolution (resolution_m), or, where the file has floats, save x, y, z "
-         "as doubles (PCD: SIZE 8, PLY: double) before they are rounded";
-  throw InputError(what.str());
+  using detail::numberText;
+  throw InputError("coordinates reach " + numberText(scale.max_range) +
+                   " m, where a float knows steps of " + numberText(step) +
+                   " m, too coarse for cells of " + numberText(resolution) +
+                   " m; take a larger resolution (resolution_m), or, where the file has floats, "
+                   "save x, y, z as doubles (PCD: SIZE 8, PLY: double) before they are rounded");
 }
 
 }  // namespace
