@@ -34,8 +34,8 @@ TEST_P(WhiteWalls, AreMappedWithoutPhantoms) {
   ASSERT_GT(figures.wall_points, 5000u);
   ASSERT_GT(figures.free_points, 10000u);
   EXPECT_GT(figures.walls_occupied, 0.85);
-  EXPECT_LT(figures.free_occupied, 0.015);
-  EXPECT_LT(figures.farthest_behind, 1.0);
+  EXPECT_LT(figures.free_occupied, 0.0075);
+  EXPECT_LT(figures.farthest_behind, 0.6);
 }
 
 /// Cameras that see far up, and no edge below the ceiling, which is 2.5 m high.
@@ -75,7 +75,7 @@ TEST_P(WhiteWalls, NoiseIsNoTexture) {
   EXPECT_LT(static_cast<double>(bad), 0.06 * static_cast<double>(found));
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, WhiteWalls, testing::Values(201, 202));
+INSTANTIATE_TEST_SUITE_P(Seeds, WhiteWalls, testing::Values(201, 202, 203, 204, 205, 206));
 
 // Why the risers of a painted staircase are no planes: what stereo matching measures of them.
 

@@ -95,6 +95,35 @@ TEST(AssumedPoints, AWallEndsAtTheGround) {
   EXPECT_LT(lowest(assumed), kFloor + 0.06);
 }
 
+/// A floor 0.5 m below the camera, measured but for a hole, on the far side of which an object
+/// of the same colour, too small for a plane, may stand.
+AssumedPoints assumedOnAFloor(bool with_object) {
+  constexpr double kFloor = 0.5;
+  Wall wall;
+  wall.forget();
+  PlaneSegment floor;
+  floor.plane = Plane{-Vector3::UnitY(), kFloor};
+  for (int i = 32 * kWidth; i < kHeight * kWidth; ++i) {
+    const int column = i % kWidth, row = i / kWidth;
+    const double depth = kFloor / wall.camera.rayOf(column, row).y();
+    const bool is_between = column >= 16 && column < kWidth - 16;
+    if (is_between && row >= 40 && row < 52) continue;
+    const bool is_object = with_object && is_between && row < 40;
+    wall.measure(i, is_object ? kDepth : static_cast<float>(depth));
+    if (!is_object) floor.inliers.push_back(i);
+  }
+  wall.planes.push_back(floor);
+  AssumedPoints assumed = wall.assumed();
+  assumed.of_plane.resize(1);
+  return assumed;
+}
+
+/// What stands on a floor hides it: where the hole of a floor goes up on it is not seen.
+TEST(AssumedPoints, AFloorContinuesWhereItAloneEndsTheHole) {
+  EXPECT_EQ(assumedOnAFloor(false).of_plane[0].size(), std::size_t{(kWidth - 32) * 12});
+  EXPECT_TRUE(assumedOnAFloor(true).of_plane[0].empty());
+}
+
 /// A corner of a room: the wall on the right comes nearer, and is measured above the hole.
 TEST(AssumedPoints, AWallEndsAtTheWallBesideIt) {
   Wall wall;

@@ -29,7 +29,10 @@ bool HolePlanes::isSeen(const Hole& hole, const Plane& plane, Indices& ends) con
       ++behind;
     }
   }
+  // Where others end the hole of a floor or a table, what stands on it goes on in the hole.
+  const double least = up_.isZero() || isUpright(plane) ? 0.0 : kMinOn;
   return ends.size() >= kMinEnds &&
+         static_cast<double>(ends.size()) >= least * static_cast<double>(hole.ends.size()) &&
          static_cast<double>(behind) <= kMaxBehind * static_cast<double>(ends.size());
 }
 

@@ -33,14 +33,14 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> evenTiles(const std::uint8_t* gr
 
 /// Points for the pixels of holes: even tiles, none measured, without a step between them. A plane
 /// continues in a hole if at least eight measured tiles around it lie on it and next to none behind
-/// it. Where no plane of the frame is seen so, one is looked for in these tiles alone: pictures and
-/// base boards are often too small for the search for planes. A plane continues within the
-/// rectangle around those of these tiles that lie on it; of several planes the nearest counts.
-/// Nothing is assumed where its error exceeds params.distance_threshold, nor behind the ground, nor
-/// behind another plane turned otherwise in the columns from the first to the last that shows it.
-/// \param cloud    organized, of the camera; NaN where nothing is measured
-/// \param indices  points that may belong to planes
-/// \param ground   points of the ground, which are not among them
+/// it; one that is not upright only where nearly all of these tiles lie on it, since what stands on
+/// a floor hides it. Where no plane of the frame is seen so, one is looked for in these tiles
+/// alone: pictures and base boards are often too small for the search for planes. A plane continues
+/// within the rectangle around those of these tiles that lie on it; of several planes the nearest
+/// counts. Nothing is assumed where its error exceeds params.distance_threshold, nor behind the
+/// ground, nor behind another plane turned otherwise in the columns from the first to the last that
+/// shows it. \param cloud    organized, of the camera; NaN where nothing is measured \param indices
+/// points that may belong to planes \param ground   points of the ground, which are not among them
 /// \param even     of the image of the same pixels, see evenTiles()
 /// \param planes   of the cloud; planes that are found here are added, and take over those that are
 ///                 parts of them
