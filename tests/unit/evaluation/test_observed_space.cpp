@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -200,6 +201,55 @@ TEST_P(ObservedSpace, IsKnownFreeWhereNoisyRaysPassed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ObservedSpace, testing::Values("room", "corridor", "rooms"));
+
+/// Planes of the scene of which a frame shows at least 0.05 m2 among the points that are mapped.
+std::size_t truePlanes(const Walk& walk) {
+  const PinholeCamera camera = walk.simulation.params().camera();
+  const auto width = static_cast<std::size_t>(camera.width);
+  std::vector<double> most(walk.simulation.planes().size(), 0.0);
+  for (const SimulatedFrame& frame : walk.frames) {
+    std::vector<double> area(most.size(), 0.0);
+    for (std::size_t i = 0; i < frame.labels.size(); ++i) {
+      const double depth = static_cast<double>(frame.truth.depth[i]);
+      if (frame.labels[i] == 0 || !(depth < static_cast<double>(kMappedDepth))) continue;
+      const std::size_t plane = frame.labels[i] - 1;
+      const Vector3 ray =
+          camera.rayOf(static_cast<double>(i % width), static_cast<double>(i / width));
+      const Vector3 normal =
+          frame.T_world_camera.linear().transpose() * walk.simulation.planes()[plane].normal;
+      area[plane] += depth * depth / (camera.fx * camera.fy * std::abs(normal.dot(ray)));
+    }
+    for (std::size_t k = 0; k < most.size(); ++k) most[k] = std::max(most[k], area[k]);
+  }
+  return static_cast<std::size_t>(
+      std::count_if(most.begin(), most.end(), [](double area) { return area >= 0.05; }));
+}
+
+/// Planes of the map with at least as much surface in cuboids of their own.
+std::size_t mappedPlanes(const PlanarMap& map) {
+  std::map<std::int32_t, double> area;
+  for (const Cuboid& cuboid : map.cuboids())
+    area[cuboid.plane_id] += cuboid.size.x() * cuboid.size.y();
+  area.erase(-1);
+  return static_cast<std::size_t>(
+      std::count_if(area.begin(), area.end(), [](const auto& of) { return of.second >= 0.05; }));
+}
+
+TEST(PlanesOfAMap, AreNoMoreThanHalfAgainThoseThatAreThere) {
+  for (const char* scene : {"room", "corridor", "rooms"}) {
+    for (const bool is_perfect : {true, false}) {
+      for (const std::uint64_t seed : {25, 26}) {
+        const Walk walk = walkThrough(scene, is_perfect, seed);
+        const auto there = static_cast<double>(truePlanes(walk));
+        const auto mapped = static_cast<double>(mappedPlanes(walk.map));
+        std::printf("%s, %s: %.0f planes for %.0f that are there; smaller ones counted, too, %zu\n",
+                    scene, is_perfect ? "exact" : "noise", mapped, there, walk.map.planes().size());
+        EXPECT_LE(mapped, 1.5 * there) << scene << seed;
+        EXPECT_GE(mapped, 0.6 * there) << scene << seed;
+      }
+    }
+  }
+}
 
 // Never more cuboids than RA's better variant has boxes, also where there is no plane to win by.
 
