@@ -75,7 +75,7 @@ TEST_P(WhiteWalls, NoiseIsNoTexture) {
   EXPECT_LT(static_cast<double>(bad), 0.06 * static_cast<double>(found));
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, WhiteWalls, testing::Values(201, 202, 203, 204, 205, 206));
+INSTANTIATE_TEST_SUITE_P(Seeds, WhiteWalls, testing::Values(201, 202, 203));
 
 // Why the risers of a painted staircase are no planes: what stereo matching measures of them.
 
