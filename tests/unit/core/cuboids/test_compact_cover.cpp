@@ -99,12 +99,18 @@ TEST(CoverWithBoxes, LoneCellsTakeTimeByTheirNumber) {
   const auto params = paramsWith(0.5);
   Cuboid beside;  // asks for one window
   beside.center = {-3.0, 0.0, 0.0};
-  const auto timeWith = [&](const std::vector<Cuboid>& present) {
+  // What else runs on the machine only adds to times.
+  double alone = std::numeric_limits<double>::infinity(), with_one_beside = alone;
+  const auto measure = [&](const std::vector<Cuboid>& present, double& least) {
     const std::clock_t start = std::clock();
-    for (int i = 0; i < 20; ++i) EXPECT_GT(boxesFor(cells, {}, present, params).size(), 30u);
-    return static_cast<double>(std::clock() - start);
+    for (int i = 0; i < 10; ++i) EXPECT_GT(boxesFor(cells, {}, present, params).size(), 30u);
+    least = std::min(least, static_cast<double>(std::clock() - start));
   };
-  EXPECT_LT(timeWith({}), 0.5 * timeWith({beside}));
+  for (int round = 0; round < 5; ++round) {
+    measure({}, alone);
+    measure({beside}, with_one_beside);
+  }
+  EXPECT_LT(alone, 0.5 * with_one_beside);
 }
 
 /// Small surfaces of a cluttered place, each in a frame of its own, with loose cells beside them.
