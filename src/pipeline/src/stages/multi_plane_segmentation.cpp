@@ -3,6 +3,8 @@
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 
 #include "builtin.h"
 #include "noise_keys.h"
@@ -92,6 +94,8 @@ class MultiPlaneSegmentationStage : public Stage {
     params_.validate();
   }
   void process(Frame& frame) override {
+    const bool assumes = assumed_probability_ > 0.0 && !frame.even.empty() && frame.camera;
+    if (assumes) takeOutCarried(frame);
     segmentation_.setParams(params_);
     segmentation_.setInputCloud(frame.cloud);
     segmentation_.setIndices(detail::sharedIndices(frame.indices));
@@ -99,7 +103,7 @@ class MultiPlaneSegmentationStage : public Stage {
     segmentation_.segment();
     segmentation_.setInputCloud(nullptr);
     frame.planes = segmentation_.takePlanes();
-    if (assumed_probability_ > 0.0 && !frame.even.empty() && frame.camera) {
+    if (assumes) {
       frame.assumed = assumePoints(
           pointsOf(*frame.cloud), frame.indices, frame.ground, *frame.camera, frame.even,
           frame.T_world_sensor.linear().transpose() * up_, params_, frame.planes);
@@ -116,6 +120,24 @@ class MultiPlaneSegmentationStage : public Stage {
   }
 
  private:
+  /// What matching carried into even parts of the image makes no cell and clears no space.
+  static void takeOutCarried(Frame& frame) {
+    const Indices carried = carriedPoints(pointsOf(*frame.cloud), frame.even);
+    if (carried.empty()) return;
+    frame.cloud = pcl::make_shared<FrameCloud>(*frame.cloud);
+    frame.cloud->is_dense = false;
+    for (const int i : carried) {
+      pcl::PointXYZ& point = (*frame.cloud)[static_cast<std::size_t>(i)];
+      point.x = point.y = point.z = std::numeric_limits<float>::quiet_NaN();
+    }
+    for (Indices* points : {&frame.indices, &frame.ground}) {
+      Indices left;
+      std::set_difference(points->begin(), points->end(), carried.begin(), carried.end(),
+                          std::back_inserter(left));
+      *points = std::move(left);
+    }
+  }
+
   MultiPlaneParams params_;
   double assumed_probability_ = 0.6;
   std::optional<double> distance_threshold_ = 0.05;

@@ -246,6 +246,35 @@ TEST(AssumedPoints, TextureWithoutAMatchIsNoWall) {
     ASSERT_LT(wall.camera.project(Vector3(xyz[i], xyz[i + 1], xyz[i + 2])).y(), kHeight / 2);
 }
 
+/// Matching carries the depth of what is beside an even part of the image into it.
+TEST(AssumedPoints, WhatIsMeasuredOfEvenTilesBesideAHoleIsCarriedThere) {
+  Wall wall;
+  const auto carriedOf = [&] {
+    return carriedPoints(PointsView(wall.xyz.data(), kWidth, kHeight, 3),
+                         evenTiles(wall.gray.data(), kWidth, kHeight));
+  };
+  const Indices carried = carriedOf();  // the tile of each band of two that is next to the hole
+  EXPECT_EQ(carried.size(), std::size_t{2 * kEvenTileSide * kHeight});
+  EXPECT_TRUE(std::is_sorted(carried.begin(), carried.end()));
+  for (const int i : carried) {
+    const int column = i % kWidth;
+    EXPECT_TRUE((column >= 4 && column < 8) || (column >= kWidth - 8 && column < kWidth - 4)) << i;
+  }
+  // Texture is evidence.
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    const int column = i % kWidth;
+    if (column < 8 || column >= kWidth - 8)
+      wall.gray[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i * 37 % 200);
+  }
+  EXPECT_TRUE(carriedOf().empty());
+  // Nor is anything carried where all is measured.
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    wall.gray[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(200 + i * 7 % 3);
+    wall.measure(i, kDepth);
+  }
+  EXPECT_TRUE(carriedOf().empty());
+}
+
 TEST(AssumedPoints, SizesMustAgree) {
   Wall wall;
   const PointsView cloud(wall.xyz.data(), kWidth, kHeight, 3);

@@ -31,6 +31,13 @@ constexpr int kEvenTileSide = 4;  ///< pixels
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> evenTiles(const std::uint8_t* gray, int width,
                                                           int height);
 
+/// Measured points of even tiles next to even ones without any, ascending. They are no
+/// measurements: matching carries the depth of an edge half a window on into what is even.
+/// \param cloud  organized
+/// \param even   of the image of the same pixels, see evenTiles()
+PLANAR_MAPPING_EXPORT Indices carriedPoints(const PointsView& cloud,
+                                            const std::vector<std::uint8_t>& even);
+
 /// Points for the pixels of holes: even tiles, none measured, without a step between them. A plane
 /// continues in a hole if at least eight measured tiles around it lie on it and next to none behind
 /// it; one that is not upright only where nearly all of these tiles lie on it, since what stands on
