@@ -281,6 +281,7 @@ TEST(AssumedPoints, SizesMustAgree) {
   EXPECT_THROW(assumePoints(cloud, {}, {}, wall.camera, {}, Vector3::Zero(), MultiPlaneParams(),
                             wall.planes),
                InputError);
+  EXPECT_THROW(carriedPoints(cloud, {}), InputError);
   EXPECT_TRUE(evenTiles(wall.gray.data(), 3, 3).empty());
 }
 

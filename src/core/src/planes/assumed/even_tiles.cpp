@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_mapping/core/base/detail/lists.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/planes/detail/assumed_points.h"
 #include "planes/assumed/tile_image.h"
-
-#include "planar_mapping/core/base/detail/lists.h"
 
 namespace planar_mapping {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr float kStep = 3.0f;      // gray levels between neighbouring tiles that are an edge
 constexpr float kEven = 3.0f;      // standard deviations of the noise within an even tile
 constexpr float kMinNoise = 2.0f;  // gray levels: saturated parts of an image have none
-constexpr int kCarried = 1;        // tiles beside a hole; with 2 textured images lose planes
+constexpr int kCarried = 1;        // tiles beside a hole that matching carries depth into
 
 }  // namespace
 
@@ -67,6 +67,8 @@ std::vector<std::uint8_t> evenTiles(const std::uint8_t* gray, int width, int hei
 Indices carriedPoints(const PointsView& cloud, const std::vector<std::uint8_t>& even) {
   const int columns = static_cast<int>(cloud.width) / kEvenTileSide;
   const int rows = static_cast<int>(cloud.height) / kEvenTileSide;
+  if (even.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows))
+    throw InputError("even tiles are not those of an image of the pixels of the cloud");
   const auto measuredOf = [&](int x, int y, Indices& points) {
     for (int row = kEvenTileSide * y; row < kEvenTileSide * (y + 1); ++row) {
       for (int column = kEvenTileSide * x; column < kEvenTileSide * (x + 1); ++column) {

@@ -35,6 +35,7 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> evenTiles(const std::uint8_t* gr
 /// measurements: matching carries the depth of an edge half a window on into what is even.
 /// \param cloud  organized
 /// \param even   of the image of the same pixels, see evenTiles()
+/// \throws InputError if sizes disagree
 PLANAR_MAPPING_EXPORT Indices carriedPoints(const PointsView& cloud,
                                             const std::vector<std::uint8_t>& even);
 
@@ -46,8 +47,10 @@ PLANAR_MAPPING_EXPORT Indices carriedPoints(const PointsView& cloud,
 /// within the rectangle around those of these tiles that lie on it; of several planes the nearest
 /// counts. Nothing is assumed where its error exceeds params.distance_threshold, nor behind the
 /// ground, nor behind another plane turned otherwise in the columns from the first to the last that
-/// shows it. \param cloud    organized, of the camera; NaN where nothing is measured \param indices
-/// points that may belong to planes \param ground   points of the ground, which are not among them
+/// shows it.
+/// \param cloud    organized, of the camera; NaN where nothing is measured
+/// \param indices  points that may belong to planes
+/// \param ground   points of the ground, which are not among them
 /// \param even     of the image of the same pixels, see evenTiles()
 /// \param planes   of the cloud; planes that are found here are added, and take over those that are
 ///                 parts of them
