@@ -170,8 +170,7 @@ Fractions fractionsOf(const Walk& walk) {
   f.octree_away_free = fraction(octree_away_free, away);
   std::printf(
       "passed: %.2f %% free (OctoMap %.2f), %.2f %% occupied; a cell from any surface: %.2f %% "
-      "free "
-      "(OctoMap %.2f); not passed: %.2f %% not free\n",
+      "free (OctoMap %.2f); not passed: %.2f %% not free\n",
       100.0 * f.passed_free, 100.0 * f.octree_passed_free, 100.0 * f.passed_occupied,
       100.0 * f.away_free, 100.0 * f.octree_away_free, 100.0 * f.unpassed_not_free);
   return f;

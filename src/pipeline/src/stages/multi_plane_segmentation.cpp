@@ -122,7 +122,7 @@ class MultiPlaneSegmentationStage : public Stage {
  private:
   /// What matching carried into even parts of the image makes no cell and clears no space.
   static void takeOutCarried(Frame& frame) {
-    const Indices carried = carriedPoints(pointsOf(*frame.cloud), frame.even);
+    const Indices carried = carriedPoints(pointsOf(*frame.cloud), *frame.camera, frame.even);
     if (carried.empty()) return;
     frame.cloud = pcl::make_shared<FrameCloud>(*frame.cloud);
     frame.cloud->is_dense = false;

@@ -250,7 +250,7 @@ TEST(AssumedPoints, TextureWithoutAMatchIsNoWall) {
 TEST(AssumedPoints, WhatIsMeasuredOfEvenTilesBesideAHoleIsCarriedThere) {
   Wall wall;
   const auto carriedOf = [&] {
-    return carriedPoints(PointsView(wall.xyz.data(), kWidth, kHeight, 3),
+    return carriedPoints(PointsView(wall.xyz.data(), kWidth, kHeight, 3), wall.camera,
                          evenTiles(wall.gray.data(), kWidth, kHeight));
   };
   const Indices carried = carriedOf();  // the tile of each band of two that is next to the hole
@@ -281,7 +281,7 @@ TEST(AssumedPoints, SizesMustAgree) {
   EXPECT_THROW(assumePoints(cloud, {}, {}, wall.camera, {}, Vector3::Zero(), MultiPlaneParams(),
                             wall.planes),
                InputError);
-  EXPECT_THROW(carriedPoints(cloud, {}), InputError);
+  EXPECT_THROW(carriedPoints(cloud, wall.camera, {}), InputError);
   EXPECT_TRUE(evenTiles(wall.gray.data(), 3, 3).empty());
 }
 

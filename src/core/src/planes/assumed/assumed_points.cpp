@@ -255,18 +255,38 @@ AssumedPoints Assumption::run() {
   return std::move(out_);
 }
 
-}  // namespace
-
-AssumedPoints assumePoints(const PointsView& cloud, const Indices& indices, const Indices& ground,
-                           const PinholeCamera& camera, const std::vector<std::uint8_t>& even,
-                           const Vector3& up, const MultiPlaneParams& params,
-                           std::vector<PlaneSegment>& planes) {
+void requireTiles(const PointsView& cloud, const PinholeCamera& camera,
+                  const std::vector<std::uint8_t>& even) {
   const std::size_t tiles =
       std::size_t{cloud.width / kEvenTileSide} * (cloud.height / kEvenTileSide);
   if (!cloud.isOrganized() || static_cast<int>(cloud.width) != camera.width ||
       static_cast<int>(cloud.height) != camera.height || even.size() != tiles) {
     throw InputError("points are assumed for the pixels of an organized cloud of the camera only");
   }
+}
+
+}  // namespace
+
+Indices carriedPoints(const PointsView& cloud, const PinholeCamera& camera,
+                      const std::vector<std::uint8_t>& even) {
+  requireTiles(cloud, camera, even);
+  const TileImage tiles(cloud, camera, even);
+  Indices carried;
+  for (const int tile : tiles.besideHoles()) {
+    tiles.forEachPixel(tile, [&](int column, int row) {
+      const int i = row * static_cast<int>(cloud.width) + column;
+      if (cloud.isMeasured(static_cast<std::size_t>(i))) carried.push_back(i);
+    });
+  }
+  std::sort(carried.begin(), carried.end());
+  return carried;
+}
+
+AssumedPoints assumePoints(const PointsView& cloud, const Indices& indices, const Indices& ground,
+                           const PinholeCamera& camera, const std::vector<std::uint8_t>& even,
+                           const Vector3& up, const MultiPlaneParams& params,
+                           std::vector<PlaneSegment>& planes) {
+  requireTiles(cloud, camera, even);
   return Assumption(cloud, indices, ground, camera, even, up, params, planes).run();
 }
 

@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/detail/lists.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/planes/detail/assumed_points.h"
 #include "planes/assumed/tile_image.h"
 
 namespace planar_mapping {
@@ -14,7 +12,6 @@ namespace {
 constexpr float kStep = 3.0f;      // gray levels between neighbouring tiles that are an edge
 constexpr float kEven = 3.0f;      // standard deviations of the noise within an even tile
 constexpr float kMinNoise = 2.0f;  // gray levels: saturated parts of an image have none
-constexpr int kCarried = 1;        // tiles beside a hole that matching carries depth into
 
 }  // namespace
 
@@ -62,47 +59,6 @@ std::vector<std::uint8_t> evenTiles(const std::uint8_t* gray, int width, int hei
     }
   }
   return even;
-}
-
-Indices carriedPoints(const PointsView& cloud, const std::vector<std::uint8_t>& even) {
-  const int columns = static_cast<int>(cloud.width) / kEvenTileSide;
-  const int rows = static_cast<int>(cloud.height) / kEvenTileSide;
-  if (even.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows))
-    throw InputError("even tiles are not those of an image of the pixels of the cloud");
-  const auto measuredOf = [&](int x, int y, Indices& points) {
-    for (int row = kEvenTileSide * y; row < kEvenTileSide * (y + 1); ++row) {
-      for (int column = kEvenTileSide * x; column < kEvenTileSide * (x + 1); ++column) {
-        const int i = row * static_cast<int>(cloud.width) + column;
-        if (cloud.isMeasured(static_cast<std::size_t>(i))) points.push_back(i);
-      }
-    }
-  };
-  const auto isEven = [&](int x, int y) {
-    return even[static_cast<std::size_t>(y * columns + x)] % 2 == 1;
-  };
-  std::vector<char> is_beside(even.size(), 0);
-  Indices points;
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      if (!isEven(x, y)) continue;
-      points.clear();
-      measuredOf(x, y, points);
-      if (!points.empty()) continue;
-      for (int v = std::max(0, y - kCarried); v <= std::min(rows - 1, y + kCarried); ++v) {
-        for (int u = std::max(0, x - kCarried); u <= std::min(columns - 1, x + kCarried); ++u)
-          is_beside[static_cast<std::size_t>(v * columns + u)] = 1;
-      }
-    }
-  }
-  Indices carried;
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      if (isEven(x, y) && is_beside[static_cast<std::size_t>(y * columns + x)] != 0)
-        measuredOf(x, y, carried);
-    }
-  }
-  std::sort(carried.begin(), carried.end());
-  return carried;
 }
 
 }  // namespace planar_mapping

@@ -99,6 +99,20 @@ std::vector<Hole> TileImage::findHoles() const {
   return holes;
 }
 
+Indices TileImage::besideHoles() const {
+  Indices tiles;
+  for (int own = 0; own < size(); ++own) {
+    if ((*this)[own].measured == 0 || !isEven(own, 0)) continue;
+    bool is_beside = false;
+    for (std::size_t direction = 0; direction < 8 && !is_beside; ++direction) {
+      const int next = beside(own, direction);
+      is_beside = next >= 0 && isHole(next);
+    }
+    if (is_beside) tiles.push_back(own);
+  }
+  return tiles;
+}
+
 Indices TileImage::endsOf(const Indices& hole) const {
   Indices ends;
   for (const int own : hole) {

@@ -46,6 +46,9 @@ class TileImage {
   /// Those with kMinEnds ends or more; the one with most comes first.
   std::vector<Hole> findHoles() const;
 
+  /// Even ones that are measured, next to holes: ascending.
+  Indices besideHoles() const;
+
   /// Column and row.
   Vector2 middleOf(int tile) const {
     return {kEvenTileSide * (tile % columns_ + 0.5) - 0.5,

@@ -33,10 +33,10 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> evenTiles(const std::uint8_t* gr
 
 /// Measured points of even tiles next to even ones without any, ascending. They are no
 /// measurements: matching carries the depth of an edge half a window on into what is even.
-/// \param cloud  organized
+/// \param cloud  organized, of the camera; NaN where nothing is measured
 /// \param even   of the image of the same pixels, see evenTiles()
-/// \throws InputError if sizes disagree
-PLANAR_MAPPING_EXPORT Indices carriedPoints(const PointsView& cloud,
+/// \throws InputError if the cloud is not organized, or sizes disagree
+PLANAR_MAPPING_EXPORT Indices carriedPoints(const PointsView& cloud, const PinholeCamera& camera,
                                             const std::vector<std::uint8_t>& even);
 
 /// Points for the pixels of holes: even tiles, none measured, without a step between them. A plane
