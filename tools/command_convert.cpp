@@ -15,7 +15,7 @@
 namespace planar_mapping::tools {
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string map;
   std::string output;
   std::string band;
@@ -46,7 +46,7 @@ void noteUnusedOptions(const CLI::App& command, const std::string& extension) {
   }
 }
 
-void convert(Arguments arguments) {
+void convert(ConvertArguments arguments) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error like a full disk
   io::ExportOptions& options = arguments.options;
   if (!arguments.band.empty()) {
@@ -75,7 +75,7 @@ void convert(Arguments arguments) {
 
 void addConvertCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("convert", "A map as a file for other programs");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ConvertArguments>();
   io::ExportOptions& options = arguments->options;
   command->add_option("map", arguments->map, "Map (*.pmap)")->required();
   command

@@ -17,7 +17,7 @@
 namespace planar_mapping::tools {
 namespace {
 
-struct Arguments {
+struct MergeArguments {
   std::vector<std::string> maps;
   std::string output;
   std::string poses;
@@ -25,7 +25,7 @@ struct Arguments {
 };
 
 /// T_world_map of each map.
-std::vector<Pose> posesOf(const Arguments& arguments) {
+std::vector<Pose> posesOf(const MergeArguments& arguments) {
   std::vector<Pose> poses(arguments.maps.size(), Pose::Identity());
   if (arguments.poses.empty()) return poses;
   const std::vector<io::StampedPose> lines = io::readTumPoses(arguments.poses);
@@ -84,7 +84,7 @@ struct PlacedMap {
 };
 
 /// The same map in whatever order the files are named.
-void merge(const Arguments& arguments) {
+void merge(const MergeArguments& arguments) {
   const std::filesystem::path output = arguments.output;
   if (output.has_extension() && output.extension() != ".pmap")
     throw UsageError(arguments.output +
@@ -148,7 +148,7 @@ void print(const Json& a, const Json& b, const MapDifference& difference) {
 
 void addMergeCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("merge", "Several maps to one");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<MergeArguments>();
   command->add_option("maps", arguments->maps, "Maps (*.pmap) of the same resolution and profile")
       ->required();
   command->add_option("-o,--output", arguments->output, "Map to write (*.pmap)")->required();
@@ -159,13 +159,13 @@ void addMergeCommand(CLI::App& app, int&) {
 }
 
 void addCompareCommand(CLI::App& app, int& exit_code) {
-  struct Arguments {
+  struct MergeArguments {
     std::string first, second;
     double threshold = 0.0;
     bool json = false;
   };
   auto* command = app.add_subcommand("compare", "What differs between two maps");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<MergeArguments>();
   command->add_option("first", arguments->first, "Map (*.pmap)")->required();
   command->add_option("second", arguments->second, "Map (*.pmap)")->required();
   addChecked(*command, "--threshold", arguments->threshold, numberIn(0.0, 1.0),

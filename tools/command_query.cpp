@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct QueryArguments {
   std::string map;
   std::vector<std::string> points, boxes, rays;
   std::string cloud;
@@ -62,7 +62,7 @@ Json answerBox(const PlanarMap& map, const std::string& text) {
           {"planes", planesOf(map, box.cuboids)}};
 }
 
-Json answerRay(const PlanarMap& map, const std::string& text, const Arguments& arguments) {
+Json answerRay(const PlanarMap& map, const std::string& text, const QueryArguments& arguments) {
   const std::array<double, 6> r = numbersOf<6>("--ray", text);
   const Vector3 origin(r[0], r[1], r[2]), direction(r[3], r[4], r[5]);
   const std::optional<RayHit> hit =
@@ -84,7 +84,7 @@ Json answerRay(const PlanarMap& map, const std::string& text, const Arguments& a
 }
 
 /// A line a point, x,y,z,state,probability, or how many there are of each state.
-void answerCloud(const PlanarMap& map, const io::CloudData& cloud, const Arguments& arguments,
+void answerCloud(const PlanarMap& map, const io::CloudData& cloud, const QueryArguments& arguments,
                  Json& answers) {
   const PointsView points = cloud.view();
   std::array<std::size_t, 3> count{};
@@ -115,7 +115,7 @@ void printLine(std::ostream& out, const std::string& kind, const std::string& qu
   out << '\n';
 }
 
-void answer(const Arguments& arguments) {
+void answer(const QueryArguments& arguments) {
   if (arguments.points.empty() && arguments.boxes.empty() && arguments.rays.empty() &&
       arguments.cloud.empty()) {
     throw UsageError("query needs a question: --point, --box, --ray or --points");
@@ -142,7 +142,7 @@ void answer(const Arguments& arguments) {
 
 void addQueryCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("query", "Is it free, occupied or unknown there?");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<QueryArguments>();
   command->add_option("map", arguments->map, "Map (*.pmap)")->required();
   command->add_option("--point", arguments->points, "x,y,z, metres; repeatable")
       ->allow_extra_args(false);

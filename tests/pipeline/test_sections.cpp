@@ -14,8 +14,8 @@
 namespace planar_mapping {
 namespace {
 
-/// What the stages of the running test have seen; a test starts with it empty.
-std::vector<std::string> seen;
+/// What the stages of the running test saw; a test starts with it empty.
+std::vector<std::string> seen_by_stages;
 
 template <StageKind kKindOfThis>
 class Spy : public Stage {
@@ -26,11 +26,11 @@ class Spy : public Stage {
     table.text("skip", skip_, "reason given to each frame");
   }
   void adapt(const CloudScale& scale) override {
-    seen.push_back(name_ + " adapts to " + std::to_string(scale.points) +
-                   (scale.stereo ? " of stereo" : ""));
+    seen_by_stages.push_back(name_ + " adapts to " + std::to_string(scale.points) +
+                             (scale.stereo ? " of stereo" : ""));
   }
   void process(Frame& frame) override {
-    seen.push_back(name_ + " " + std::to_string(frame.number));
+    seen_by_stages.push_back(name_ + " " + std::to_string(frame.number));
     if (kKind == StageKind::Images) {
       frame.cloud = pcl::make_shared<FrameCloud>();
       for (int i = 0; i < 3; ++i) frame.cloud->push_back({0.1f * static_cast<float>(i), 0, 1});
@@ -42,7 +42,7 @@ class Spy : public Stage {
   std::string saveState() const override { return std::to_string(frames_); }
   void loadState(const std::string& bytes) override {
     frames_ = std::stoi(bytes);
-    if (frames_ > 0) seen.push_back(name_ + " remembers " + bytes);
+    if (frames_ > 0) seen_by_stages.push_back(name_ + " remembers " + bytes);
   }
 
  private:
@@ -57,8 +57,8 @@ void add(StageTable& table, const std::string& name) {
              [name]() -> std::unique_ptr<Stage> { return std::make_unique<Spy<kKind>>(name); }});
 }
 
-Pipeline pipelineOf(const std::string& settings = "") {
-  seen.clear();
+Pipeline parsedPipeline(const std::string& settings = "") {
+  seen_by_stages.clear();
   StageTable table;
   add<StageKind::Images>(table, "images");
   add<StageKind::Features>(table, "features");
@@ -90,102 +90,102 @@ Frame frameOf(std::size_t number, std::uint8_t gray = 0) {
 using Notes = std::vector<std::string>;
 
 TEST(Sections, StagesAreAdaptedWhenSomethingIsKnownAndOnce) {
-  Pipeline pipeline = pipelineOf();
+  Pipeline pipeline = parsedPipeline();
   Frame first = frameOf(0);
   pipeline.process(first);
   EXPECT_EQ(
       (Notes{"images adapts to 0 of stereo", "images 0", "features adapts to 3 of stereo",
              "features 0", "motion adapts to 3 of stereo", "motion 0",
              "points adapts to 3 of stereo", "map adapts to 3 of stereo", "points 0", "map 0"}),
-      seen);
+      seen_by_stages);
   EXPECT_EQ((Indices{0, 1, 2}), first.indices);
   EXPECT_EQ(7.0, first.T_world_sensor.translation().x());
-  seen.clear();
+  seen_by_stages.clear();
   Frame second = frameOf(1);
   pipeline.process(second);
-  EXPECT_EQ((Notes{"images 1", "features 1", "motion 1", "points 1", "map 1"}), seen);
+  EXPECT_EQ((Notes{"images 1", "features 1", "motion 1", "points 1", "map 1"}), seen_by_stages);
 }
 
 TEST(Sections, SkippedFrameEndsAtTheStageThatSaysSo) {
-  Pipeline pipeline = pipelineOf("motion.skip=lost");
+  Pipeline pipeline = parsedPipeline("motion.skip=lost");
   Frame frame = frameOf(0);
   const FrameReport report = pipeline.process(frame);
-  EXPECT_EQ("motion 0", seen.back());
+  EXPECT_EQ("motion 0", seen_by_stages.back());
   EXPECT_EQ("lost", report.skip_reason);
   EXPECT_EQ(5u, report.stage_ms.size());
   EXPECT_EQ(0.0, report.stage_ms[4]);
 }
 
 TEST(Sections, FrameThatCannotBeReadReachesNoStage) {
-  Pipeline pipeline = pipelineOf();
+  Pipeline pipeline = parsedPipeline();
   Frame frame = frameOf(0);
   frame.skip_reason = "damaged";
   EXPECT_EQ("damaged", pipeline.process(frame).skip_reason);
-  EXPECT_TRUE(seen.empty());
+  EXPECT_TRUE(seen_by_stages.empty());
 }
 
 TEST(Sections, FrontEndAndTheRestInTwoPipelinesEqualOne) {
-  Pipeline front = pipelineOf();
+  Pipeline front = parsedPipeline();
   Frame frame = frameOf(0);
   const FrameReport half = front.processFrontEnd(frame);
   EXPECT_TRUE(frame.front_end_done);
   EXPECT_TRUE(half.skip_reason.empty());
   EXPECT_EQ((Notes{"images adapts to 0 of stereo", "images 0", "features adapts to 3 of stereo",
                    "features 0"}),
-            seen);
-  Pipeline back = pipelineOf();
+            seen_by_stages);
+  Pipeline back = parsedPipeline();
   back.process(frame);
   EXPECT_EQ((Notes{"motion adapts to 3 of stereo", "motion 0", "points adapts to 3 of stereo",
                    "map adapts to 3 of stereo", "points 0", "map 0"}),
-            seen);
+            seen_by_stages);
 }
 
 TEST(Sections, ContinuesWhereAnotherPipelineStopped) {
-  Pipeline first = pipelineOf();
+  Pipeline first = parsedPipeline();
   Frame frame = frameOf(0, 50);
   first.process(frame);
   const std::string state = first.saveState();
-  Pipeline second = pipelineOf();
+  Pipeline second = parsedPipeline();
   second.loadState(state, first.map());
   EXPECT_EQ((Notes{"images adapts to 0 of stereo", "features adapts to 3 of stereo",
                    "motion adapts to 3 of stereo", "points adapts to 3 of stereo",
                    "map adapts to 3 of stereo", "images remembers 1", "features remembers 1",
                    "motion remembers 1", "points remembers 1", "map remembers 1"}),
-            seen);
-  seen.clear();
+            seen_by_stages);
+  seen_by_stages.clear();
   Frame same = frameOf(1, 50);
   EXPECT_NE(std::string::npos, second.process(same).skip_reason.find("frozen"));
   Frame next = frameOf(2, 51);
   EXPECT_EQ("", second.process(next).skip_reason);
-  EXPECT_EQ((Notes{"images 2", "features 2", "motion 2", "points 2", "map 2"}), seen);
+  EXPECT_EQ((Notes{"images 2", "features 2", "motion 2", "points 2", "map 2"}), seen_by_stages);
   EXPECT_EQ(state.size(), second.saveState().size());
 }
 
 TEST(Sections, StateOfOtherStagesIsRefused) {
-  const std::string state = pipelineOf().saveState();
+  const std::string state = parsedPipeline().saveState();
   StageTable table;
   add<StageKind::Map>(table, "map");
   Pipeline other(parseConfiguration("version: 1\nstages:\n  - stage: map\n", "test", table));
   EXPECT_THROW(other.loadState(state, PlanarMap()), Error);
-  Pipeline same = pipelineOf();
+  Pipeline same = parsedPipeline();
   EXPECT_THROW(same.loadState(state.substr(0, state.size() - 1), PlanarMap()), Error);
 }
 
 TEST(Sections, DisabledStageIsLeftOut) {
-  Pipeline pipeline = pipelineOf("motion.enabled=false");
+  Pipeline pipeline = parsedPipeline("motion.enabled=false");
   EXPECT_FALSE(pipeline.hasStage(StageKind::Motion));
   EXPECT_TRUE(pipeline.hasStage(StageKind::Features));
   Frame frame = frameOf(0);
   pipeline.process(frame);
-  EXPECT_EQ(0, std::count(seen.begin(), seen.end(), "motion 0"));
-  EXPECT_EQ("map 0", seen.back());
+  EXPECT_EQ(0, std::count(seen_by_stages.begin(), seen_by_stages.end(), "motion 0"));
+  EXPECT_EQ("map 0", seen_by_stages.back());
   const std::string yaml = effectiveYaml(pipeline.configuration());
   EXPECT_NE(std::string::npos, yaml.find("  - stage: motion\n    enabled: false\n")) << yaml;
-  EXPECT_THROW(pipelineOf("motion.enabled=perhaps"), ConfigError);
+  EXPECT_THROW(parsedPipeline("motion.enabled=perhaps"), ConfigError);
 }
 
 TEST(Sections, SameImageTwiceIsAFrozenCamera) {
-  Pipeline pipeline = pipelineOf();
+  Pipeline pipeline = parsedPipeline();
   Frame first = frameOf(0, 50);
   Frame same = frameOf(1, 50);
   Frame other = frameOf(2, 51);
@@ -197,7 +197,7 @@ TEST(Sections, SameImageTwiceIsAFrozenCamera) {
 }
 
 TEST(Sections, SameImageWithOtherDepthsIsNoFrozenCamera) {
-  Pipeline pipeline = pipelineOf();
+  Pipeline pipeline = parsedPipeline();
   for (int i = 0; i < 3; ++i) {
     Frame dark = frameOf(static_cast<std::size_t>(i), 1);
     dark.cloud->push_back({0.0f, 0.0f, 1.0f + 0.001f * static_cast<float>(i)});
@@ -206,7 +206,7 @@ TEST(Sections, SameImageWithOtherDepthsIsNoFrozenCamera) {
 }
 
 TEST(Sections, CloudWithoutAFinitePointIsSkipped) {
-  seen.clear();
+  seen_by_stages.clear();
   StageTable table;
   add<StageKind::Points>(table, "points");
   Pipeline pipeline(parseConfiguration("version: 1\nstages:\n  - stage: points\n", "test", table));
@@ -216,7 +216,7 @@ TEST(Sections, CloudWithoutAFinitePointIsSkipped) {
   EXPECT_NE(std::string::npos, report.skip_reason.find("finite"));
   EXPECT_EQ(1u, report.points_input);
   EXPECT_EQ(0u, report.points_valid);
-  EXPECT_TRUE(seen.empty());
+  EXPECT_TRUE(seen_by_stages.empty());
 }
 
 }  // namespace

@@ -111,7 +111,7 @@ Pipeline pipelineWithAuto() {
 }
 
 /// \param kept  of how many points one is measured
-Frame frameOf(std::size_t number, std::size_t kept) {
+Frame scanOf(std::size_t number, std::size_t kept) {
   const test::View view = test::look(
       test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.1 * static_cast<double>(number), 0.4));
   Frame frame = test::frameOf(view);
@@ -124,11 +124,11 @@ Frame frameOf(std::size_t number, std::size_t kept) {
 
 TEST(Start, IsNotAnImageThatHardlyMeasuredAnything) {
   Pipeline pipeline = pipelineWithAuto();
-  Frame empty = frameOf(0, 100);
+  Frame empty = scanOf(0, 100);
   EXPECT_NE(std::string::npos,
             pipeline.process(empty).skip_reason.find("the map begins with another"));
   EXPECT_TRUE(pipeline.map().empty());
-  Frame full = frameOf(1, 1);
+  Frame full = scanOf(1, 1);
   EXPECT_EQ("", pipeline.process(full).skip_reason);
   // Its pose is known: it is in the map after all.
   ASSERT_EQ(1u, pipeline.takePlacedAgain().size());
@@ -143,14 +143,14 @@ TEST(Start, IsAnyImageWhereAllHaveFewPoints) {
   Pipeline pipeline = pipelineWithAuto();
   std::size_t placed_again = 0;
   for (std::size_t i = 0; i < 5; ++i) {
-    Frame frame = frameOf(i, 100);
+    Frame frame = scanOf(i, 100);
     EXPECT_EQ(i < 4, !pipeline.process(frame).skip_reason.empty()) << i;
     placed_again += pipeline.takePlacedAgain().size();
   }
   EXPECT_EQ(4u, placed_again);
   EXPECT_EQ(5u, pipeline.map().frames());
 
-  Frame last = frameOf(0, 100);
+  Frame last = scanOf(0, 100);
   last.is_last = true;
   EXPECT_EQ("", pipelineWithAuto().process(last).skip_reason);
 }

@@ -248,7 +248,7 @@ DepthImage ramp(std::uint32_t width, std::uint32_t height) {
   return image;
 }
 
-std::string contents(const std::string& path) {
+std::string bytesOf(const std::string& path) {
   const auto bytes = readWholeFile(path);
   return {bytes.begin(), bytes.end()};
 }
@@ -286,7 +286,7 @@ TEST(DepthImage, RefusesWhatIsNoDepth) {
 TEST(DepthImage, SurvivesTruncationAndDamage) {
   const TemporaryDirectory dir;
   writeDepthPng(dir / "d.png", ramp(9, 7));
-  const std::string sound = contents(dir / "d.png");
+  const std::string sound = bytesOf(dir / "d.png");
   for (std::size_t size = 0; size + 12 < sound.size(); ++size) {
     std::ofstream(dir / "cut.png", std::ios::binary) << sound.substr(0, size);
     EXPECT_THROW(readDepthPng(dir / "cut.png"), IoError) << size;
@@ -341,11 +341,11 @@ TEST(DepthProjector, DistancesAlongRaysEndOnASphere) {
 }
 
 TEST(DepthProjector, FloatsAreProjectedLikeCounts) {
-  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   PinholeCamera camera{500.0, 400.0, 1.0, 0.5, 3, 2};
   const DepthImage image{3, 2, {1000, 0, 3000, 0, 65535, 0}};
-  const std::vector<float> floats = {1000.0f, 0.0f, 3000.0f, kNaN, kInfinity, -5.0f};
+  const std::vector<float> floats = {1000.0f, 0.0f, 3000.0f, kNoDepth, kInfinity, -5.0f};
   CloudData from_counts, from_floats;
   const DepthProjector projector(camera, 1000.0);
   projector.project(image, from_counts);

@@ -12,11 +12,11 @@
 namespace planar_mapping {
 namespace {
 
-constexpr int kWidth = 320;
-constexpr int kHeight = 240;
+constexpr int kRectifiedWidth = 320;
+constexpr int kRectifiedHeight = 240;
 
 io::Calibration unrectified() {
-  io::Calibration calibration = pairCalibration(kWidth, kHeight);
+  io::Calibration calibration = pairCalibration(kRectifiedWidth, kRectifiedHeight);
   calibration.baseline.reset();
   io::UnrectifiedPair pair;
   pair.left = {-0.2, 0.05, 0.001, -0.002, 0.0};
@@ -45,7 +45,7 @@ Vector2 project(const PinholeCamera& camera, const io::LensDistortion& lens, con
 }
 
 io::Image spotAt(const Vector2& place) {
-  return paint(kWidth, kHeight, [&](int column, int row) {
+  return paint(kRectifiedWidth, kRectifiedHeight, [&](int column, int row) {
     const double r2 = (Vector2(column, row) - place).squaredNorm();
     return 220.0 * std::exp(-r2 / 8.0);
   });
@@ -92,7 +92,7 @@ TEST(Rectification, PointsGetTheSameRowAndTheirDepth) {
 
 TEST(Rectification, NoBorderStaysBlack) {
   const Rectifier rectifier(unrectified());
-  const io::Image white = uniform(kWidth, kHeight, 200.0);
+  const io::Image white = uniform(kRectifiedWidth, kRectifiedHeight, 200.0);
   for (const io::Image& image : {rectifier.rectifyLeft(white), rectifier.rectifyRight(white)}) {
     for (const std::uint8_t value : image.pixels) ASSERT_GE(value, 150);
   }
@@ -100,14 +100,15 @@ TEST(Rectification, NoBorderStaysBlack) {
 
 TEST(Rectification, ColorsAreKept) {
   io::Image color;
-  color.width = kWidth;
-  color.height = kHeight;
+  color.width = kRectifiedWidth;
+  color.height = kRectifiedHeight;
   color.channels = 3;
-  for (int i = 0; i < kWidth * kHeight; ++i)
+  for (int i = 0; i < kRectifiedWidth * kRectifiedHeight; ++i)
     color.pixels.insert(color.pixels.end(), {10, 100, 200});
   const io::Image out = Rectifier(unrectified()).rectifyLeft(color);
   ASSERT_EQ(out.channels, 3);
-  const std::size_t center = 3 * static_cast<std::size_t>(kHeight / 2 * kWidth + kWidth / 2);
+  const std::size_t center =
+      3 * static_cast<std::size_t>(kRectifiedHeight / 2 * kRectifiedWidth + kRectifiedWidth / 2);
   EXPECT_EQ(out.pixels[center], 10);
   EXPECT_EQ(out.pixels[center + 1], 100);
   EXPECT_EQ(out.pixels[center + 2], 200);
@@ -117,17 +118,17 @@ TEST(Rectification, ColorsAreKept) {
 /// and turned about its middle.
 std::optional<double> rowsOfPair(double down, double turn) {
   const Pattern pattern(7);
-  io::Image left = uniform(kWidth, kHeight, 0.0), right = left;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const auto i = static_cast<std::size_t>(y * kWidth + x);
-      const double dx = x - 0.5 * kWidth, dy = y - 0.5 * kHeight;
+  io::Image left = uniform(kRectifiedWidth, kRectifiedHeight, 0.0), right = left;
+  for (int y = 0; y < kRectifiedHeight; ++y) {
+    for (int x = 0; x < kRectifiedWidth; ++x) {
+      const auto i = static_cast<std::size_t>(y * kRectifiedWidth + x);
+      const double dx = x - 0.5 * kRectifiedWidth, dy = y - 0.5 * kRectifiedHeight;
       left.pixels[i] = static_cast<std::uint8_t>(pattern(x, y));
       right.pixels[i] =
           static_cast<std::uint8_t>(pattern(x + 12.0 - turn * dy, y - down + turn * dx));
     }
   }
-  return rowsApart(left, right, pairCalibration(kWidth, kHeight));
+  return rowsApart(left, right, pairCalibration(kRectifiedWidth, kRectifiedHeight));
 }
 
 TEST(Rectification, TellsHowManyRowsAPairIsApart) {
@@ -140,13 +141,14 @@ TEST(Rectification, TellsHowManyRowsAPairIsApart) {
   ASSERT_TRUE(turned);
   EXPECT_GT(*turned, 1.0);
   EXPECT_LT(*turned, 5.6);
-  const io::Image plain = uniform(kWidth, kHeight, 128.0);
-  EXPECT_FALSE(rowsApart(plain, plain, pairCalibration(kWidth, kHeight)));
-  EXPECT_THROW(rowsApart(plain, io::Image(), pairCalibration(kWidth, kHeight)), InputError);
+  const io::Image plain = uniform(kRectifiedWidth, kRectifiedHeight, 128.0);
+  EXPECT_FALSE(rowsApart(plain, plain, pairCalibration(kRectifiedWidth, kRectifiedHeight)));
+  EXPECT_THROW(rowsApart(plain, io::Image(), pairCalibration(kRectifiedWidth, kRectifiedHeight)),
+               InputError);
 }
 
 TEST(Rectification, SaysWhatIsWrongWithAPair) {
-  EXPECT_THROW(Rectifier(pairCalibration(kWidth, kHeight)), InputError);
+  EXPECT_THROW(Rectifier(pairCalibration(kRectifiedWidth, kRectifiedHeight)), InputError);
   io::Calibration calibration = unrectified();
   calibration.unrectified->T_right_left.translation().x() = 0.1;
   try {

@@ -17,8 +17,8 @@
 namespace planar_mapping {
 namespace {
 
-constexpr int kWidth = 256;
-constexpr int kHeight = 160;
+constexpr int kImageWidth = 256;
+constexpr int kImageHeight = 160;
 
 struct Errors {
   double density = 0.0;  ///< over the pixels whose partner is inside the right image
@@ -66,7 +66,7 @@ TEST(StereoMatcher, FindsSubPixelDisparities) {
     const DisparityPlane plane{d, 0.0, 0.0};
     StereoReport report;
     const Errors errors =
-        errorsOf(match(pairOf(pattern, plane, kWidth, kHeight), {}, &report), plane);
+        errorsOf(match(pairOf(pattern, plane, kImageWidth, kImageHeight), {}, &report), plane);
     EXPECT_GT(errors.density, 0.95) << d;
     EXPECT_LT(errors.rms, 0.12) << d;
     EXPECT_LT(std::abs(errors.mean), 0.06) << d;
@@ -78,7 +78,8 @@ TEST(StereoMatcher, FindsSubPixelDisparities) {
 
 TEST(StereoMatcher, FollowsASlantedPlane) {
   const DisparityPlane plane{10.0, 0.03, 0.08};
-  const Errors errors = errorsOf(match(pairOf(Pattern(2), plane, kWidth, kHeight)), plane);
+  const Errors errors =
+      errorsOf(match(pairOf(Pattern(2), plane, kImageWidth, kImageHeight)), plane);
   EXPECT_GT(errors.density, 0.9);
   EXPECT_LT(errors.rms, 0.15);
   EXPECT_LT(errors.bad, 0.005);
@@ -88,7 +89,7 @@ TEST(StereoMatcher, TheSubPixelPassTakesAwayThePullToWholeDisparities) {
   const Pattern pattern(5);
   // Over a plane that runs through all fractions of a pixel.
   const DisparityPlane plane{8.0, 0.0, 0.05};
-  const ImagePair pair = pairOf(pattern, plane, kWidth, kHeight);
+  const ImagePair pair = pairOf(pattern, plane, kImageWidth, kImageHeight);
   StereoMatcherParams params;
   const double refined = errorsOf(match(pair, params), plane).rms;
   params.refine = false;
@@ -98,10 +99,10 @@ TEST(StereoMatcher, TheSubPixelPassTakesAwayThePullToWholeDisparities) {
 
 TEST(StereoMatcher, PixelsWhosePartnerIsOutsideHaveNone) {
   const DisparityPlane plane{40.0, 0.0, 0.0};
-  const DisparityImage disparity = match(pairOf(Pattern(3), plane, kWidth, kHeight));
+  const DisparityImage disparity = match(pairOf(Pattern(3), plane, kImageWidth, kImageHeight));
   int wrong = 0;
-  for (int row = 0; row < kHeight; ++row) {
-    for (int column = 0; column < kWidth; ++column) {
+  for (int row = 0; row < kImageHeight; ++row) {
+    for (int column = 0; column < kImageWidth; ++column) {
       const float value = disparity.at(column, row);
       if (!std::isnan(value) && column - value < -1.0f) ++wrong;
     }
@@ -109,15 +110,16 @@ TEST(StereoMatcher, PixelsWhosePartnerIsOutsideHaveNone) {
   EXPECT_EQ(wrong, 0);
   // And those right of them have one, although the search goes to larger disparities.
   int found = 0;
-  for (int row = 10; row < kHeight - 10; ++row) found += std::isnan(disparity.at(50, row)) ? 0 : 1;
-  EXPECT_GT(found, (kHeight - 20) * 9 / 10);
+  for (int row = 10; row < kImageHeight - 10; ++row)
+    found += std::isnan(disparity.at(50, row)) ? 0 : 1;
+  EXPECT_GT(found, (kImageHeight - 20) * 9 / 10);
 }
 
 TEST(StereoMatcher, PrincipalPointsThatDifferShiftTheDisparityOfInfinity) {
   // d + cx_right - cx = 6: a point at Z = 5 m, though its disparity is negative.
   const DisparityPlane plane{-14.0, 0.0, 0.0};
-  const ImagePair pair = pairOf(Pattern(4), plane, kWidth, kHeight);
-  io::Calibration calibration = pairCalibration(kWidth, kHeight);
+  const ImagePair pair = pairOf(Pattern(4), plane, kImageWidth, kImageHeight);
+  io::Calibration calibration = pairCalibration(kImageWidth, kImageHeight);
   calibration.cx_right = calibration.camera.cx + 20.0;
   StereoReport report;
   const DisparityImage disparity =
@@ -126,17 +128,19 @@ TEST(StereoMatcher, PrincipalPointsThatDifferShiftTheDisparityOfInfinity) {
   EXPECT_LT(errorsOf(disparity, plane).rms, 0.1);
   std::vector<float> xyz;
   triangulate(disparity, calibration, xyz);
-  const std::size_t center = static_cast<std::size_t>(kHeight / 2) * kWidth + kWidth / 2;
+  const std::size_t center =
+      static_cast<std::size_t>(kImageHeight / 2) * kImageWidth + kImageWidth / 2;
   EXPECT_NEAR(xyz[3 * center + 2], 5.0, 0.1);
 }
 
 TEST(StereoMatcher, BlackAndUniformImagesHaveNoDisparity) {
   for (const double value : {0.0, 128.0, 255.0}) {
-    const ImagePair pair{uniform(kWidth, kHeight, value), uniform(kWidth, kHeight, value)};
+    const ImagePair pair{uniform(kImageWidth, kImageHeight, value),
+                         uniform(kImageWidth, kImageHeight, value)};
     StereoReport report;
     const DisparityImage disparity = match(pair, {}, &report);
     EXPECT_LT(report.density, 0.02) << value;
-    EXPECT_EQ(disparity.values.size(), static_cast<std::size_t>(kWidth * kHeight));
+    EXPECT_EQ(disparity.values.size(), static_cast<std::size_t>(kImageWidth * kImageHeight));
     EXPECT_DOUBLE_EQ(report.brightness, value);
     EXPECT_DOUBLE_EQ(report.contrast, 0.0);
     EXPECT_FALSE(report.swapped);
@@ -145,7 +149,7 @@ TEST(StereoMatcher, BlackAndUniformImagesHaveNoDisparity) {
 
 TEST(StereoMatcher, ExposuresOfTheCamerasMayDiffer) {
   const DisparityPlane plane{12.0, 0.0, 0.06};
-  const ImagePair alike = pairOf(Pattern(15), plane, kWidth, kHeight);
+  const ImagePair alike = pairOf(Pattern(15), plane, kImageWidth, kImageHeight);
   for (const auto& [gain, offset] : {std::pair(0.7, 0.0), std::pair(0.35, 20.0)}) {
     ImagePair pair = alike;
     for (std::uint8_t& value : pair.right.pixels)
@@ -160,25 +164,25 @@ TEST(StereoMatcher, ExposuresOfTheCamerasMayDiffer) {
 
 TEST(StereoMatcher, NoiseOnAPlainSurfaceIsNoTexture) {
   const DisparityPlane plane{20.0, 0.0, 0.0};
-  ImagePair pair = pairOf(Pattern(14), plane, kWidth, kHeight);
+  ImagePair pair = pairOf(Pattern(14), plane, kImageWidth, kImageHeight);
   std::uint32_t random = 1;
   for (io::Image* image : {&pair.left, &pair.right}) {
-    for (int row = 0; row < kHeight; ++row) {
-      for (int column = kWidth / 2; column < kWidth; ++column) {
+    for (int row = 0; row < kImageHeight; ++row) {
+      for (int column = kImageWidth / 2; column < kImageWidth; ++column) {
         random = random * 1664525u + 1013904223u;
-        image->pixels[static_cast<std::size_t>(row * kWidth + column)] =
+        image->pixels[static_cast<std::size_t>(row * kImageWidth + column)] =
             static_cast<std::uint8_t>(200 + (random >> 24u) % 7);
       }
     }
   }
   const DisparityImage disparity = match(pair);
   int found = 0;
-  for (int row = 0; row < kHeight; ++row) {
-    for (int column = kWidth / 2 + 24; column < kWidth; ++column)
+  for (int row = 0; row < kImageHeight; ++row) {
+    for (int column = kImageWidth / 2 + 24; column < kImageWidth; ++column)
       found += std::isnan(disparity.at(column, row)) ? 0 : 1;
   }
-  EXPECT_LT(found, kHeight * (kWidth / 2 - 24) / 50);
-  EXPECT_NEAR(disparity.at(80, kHeight / 2), 20.0, 0.2);
+  EXPECT_LT(found, kImageHeight * (kImageWidth / 2 - 24) / 50);
+  EXPECT_NEAR(disparity.at(80, kImageHeight / 2), 20.0, 0.2);
 }
 
 /// A table of one colour in soft light, seen by cameras whose images were resampled: their noise is
@@ -216,19 +220,20 @@ TEST(StereoMatcher, SmoothShadingWithSmoothNoiseIsNoTexture) {
 
 TEST(StereoMatcher, APlainSurfaceIsAHole) {
   const DisparityPlane plane{20.0, 0.0, 0.0};
-  ImagePair pair = pairOf(Pattern(14), plane, kWidth, kHeight);
+  ImagePair pair = pairOf(Pattern(14), plane, kImageWidth, kImageHeight);
   for (io::Image* image : {&pair.left, &pair.right}) {
-    for (int row = 0; row < kHeight; ++row)
-      std::fill_n(image->pixels.begin() + row * kWidth + kWidth / 2, kWidth / 2, std::uint8_t{255});
+    for (int row = 0; row < kImageHeight; ++row)
+      std::fill_n(image->pixels.begin() + row * kImageWidth + kImageWidth / 2, kImageWidth / 2,
+                  std::uint8_t{255});
   }
   const DisparityImage disparity = match(pair);
-  EXPECT_TRUE(std::isnan(disparity.at(kWidth - 30, kHeight / 2)));
-  EXPECT_NEAR(disparity.at(80, kHeight / 2), 20.0, 0.2);
+  EXPECT_TRUE(std::isnan(disparity.at(kImageWidth - 30, kImageHeight / 2)));
+  EXPECT_NEAR(disparity.at(80, kImageHeight / 2), 20.0, 0.2);
 }
 
 TEST(StereoMatcher, UnrelatedImagesAreMostlyHoles) {
-  const ImagePair pair{pairOf(Pattern(7), {}, kWidth, kHeight).left,
-                       pairOf(Pattern(8), {}, kWidth, kHeight).left};
+  const ImagePair pair{pairOf(Pattern(7), {}, kImageWidth, kImageHeight).left,
+                       pairOf(Pattern(8), {}, kImageWidth, kImageHeight).left};
   StereoReport report;
   match(pair, {}, &report);
   EXPECT_LT(report.density, 0.6);
@@ -236,7 +241,7 @@ TEST(StereoMatcher, UnrelatedImagesAreMostlyHoles) {
 }
 
 TEST(StereoMatcher, ThreadsDoNotChangeTheResult) {
-  const ImagePair pair = pairOf(Pattern(9), {14.0, 0.02, 0.05}, kWidth, kHeight);
+  const ImagePair pair = pairOf(Pattern(9), {14.0, 0.02, 0.05}, kImageWidth, kImageHeight);
   StereoMatcherParams params;
   for (const SmoothnessPaths paths :
        {SmoothnessPaths::Three, SmoothnessPaths::Five, SmoothnessPaths::Eight}) {
@@ -273,19 +278,20 @@ TEST(StereoMatcher, AGivenRangeIsKept) {
   params.min_disparity = 4;
   params.disparities = 40;  // OpenCV wants whole sixteens
   StereoReport report;
-  const Errors errors =
-      errorsOf(match(pairOf(Pattern(11), plane, kWidth, kHeight), params, &report), plane);
+  const Errors errors = errorsOf(
+      match(pairOf(Pattern(11), plane, kImageWidth, kImageHeight), params, &report), plane);
   EXPECT_EQ(report.min_disparity, 4);
   EXPECT_EQ(report.disparities, 48);
   EXPECT_LT(errors.rms, 0.08);
 }
 
 TEST(StereoMatcher, TheSameRegionIsTooSmallOnlyNearBy) {
-  const double baseline = *pairCalibration(kWidth, kHeight).baseline;
+  const double baseline = *pairCalibration(kImageWidth, kImageHeight).baseline;
   for (const double d : {8.0, 60.0}) {
-    const ImagePair pair = pairOf(Pattern(3), DisparityPlane{d, 0.0, 0.0}, kWidth, kHeight);
+    const ImagePair pair =
+        pairOf(Pattern(3), DisparityPlane{d, 0.0, 0.0}, kImageWidth, kImageHeight);
     const DisparityImage all = match(pair);
-    const double side = std::sqrt(all.density() * kWidth * kHeight) * baseline / d;
+    const double side = std::sqrt(all.density() * kImageWidth * kImageHeight) * baseline / d;
     StereoMatcherParams params;
     params.speckle_side = 0.9 * side;
     EXPECT_GT(match(pair, params).density(), 0.95 * all.density()) << d;

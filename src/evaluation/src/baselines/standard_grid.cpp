@@ -48,7 +48,7 @@ void forEachCellOnRay(const Vector3& origin, const Vector3& end, double s, const
 constexpr float kHitLogOdds = 0.85f;
 constexpr float kMissLogOdds = 0.405f;
 constexpr float kMaxLogOdds = 3.5f;
-constexpr std::size_t kHeaderBytes = 36;
+constexpr std::size_t kGridHeaderBytes = 36;
 
 }  // namespace
 
@@ -124,7 +124,7 @@ std::size_t StandardGrid::memoryBytes() const {
 
 std::size_t StandardGrid::fileBytes() const {
   const std::vector<GridCell> all = cells();
-  if (all.empty()) return kHeaderBytes;
+  if (all.empty()) return kGridHeaderBytes;
   GridCell low = all.front();
   GridCell high = low;
   for (const GridCell& cell : all) {
@@ -132,7 +132,7 @@ std::size_t StandardGrid::fileBytes() const {
     high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
   }
   const double volume = (high.x - low.x + 1.0) * (high.y - low.y + 1.0) * (high.z - low.z + 1.0);
-  return kHeaderBytes + detail::bytesOfBits(all.size(), detail::bitsFor(volume));
+  return kGridHeaderBytes + detail::bytesOfBits(all.size(), detail::bitsFor(volume));
 }
 
 Cuboid cuboidOf(const GridBox& box, double s) {

@@ -253,20 +253,21 @@ void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
 }
 
 /// The rectangle between the axes of a chart, pixels from the top left corner of the page.
-struct Frame {
+struct ChartFrame {
   int left = 0;
   int top = 0;
   int width = 0;
   int height = 0;
 };
 
-Frame frameOf(const ChartPage& page, int index, int columns) {
+ChartFrame frameOf(const ChartPage& page, int index, int columns) {
   return {(index % columns) * page.chart_width + kLeft,
           (index / columns) * page.chart_height + kTop, page.chart_width - kLeft - kRight,
           page.chart_height - kTop - kBottom};
 }
 
-vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const Frame& frame, int page_height) {
+vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const ChartFrame& frame,
+                                      int page_height) {
   auto item = vtkSmartPointer<vtkChartXY>::New();
   item->SetAutoSize(false);
   item->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
@@ -289,7 +290,7 @@ std::string fitted(std::string text, double pixels, double width, Canvas& canvas
   return text + "...";
 }
 
-void writeTexts(const Chart& chart, const Frame& frame, Canvas& canvas) {
+void writeTexts(const Chart& chart, const ChartFrame& frame, Canvas& canvas) {
   const double right = frame.left + frame.width;
   const double bottom = frame.top + frame.height;
   const double middle = 0.5 * (frame.left + right);

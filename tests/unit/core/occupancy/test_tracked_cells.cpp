@@ -53,7 +53,7 @@ struct Wall {
   Indices indices;
 };
 
-KlOccupancyParams params() {
+KlOccupancyParams trackedParams() {
   KlOccupancyParams params;
   params.source = FeatureSource::Tracks;
   params.resolution = kSide;
@@ -62,7 +62,7 @@ KlOccupancyParams params() {
 
 TEST(TrackedCells, AFeatureOnASurfaceIsBelievedAndStaysBelieved) {
   const Wall wall(3);
-  KlOccupancy beliefs(params());
+  KlOccupancy beliefs(trackedParams());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   const std::vector<KeyFeature> features{wall.feature(7, 1)};
   for (int i = 0; i < 5; ++i) {
@@ -76,7 +76,7 @@ TEST(TrackedCells, AFeatureOnASurfaceIsBelievedAndStaysBelieved) {
 
 TEST(TrackedCells, WithoutDenseGroupsALonelyFeatureFades) {
   const Wall wall(3);
-  KlOccupancyParams paper = params();
+  KlOccupancyParams paper = trackedParams();
   paper.dense_groups = false;
   KlOccupancy beliefs(paper);
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
@@ -90,10 +90,10 @@ TEST(TrackedCells, WithoutDenseGroupsALonelyFeatureFades) {
 // Beliefs 1 at one end and exp(-E) at the other: between them means of the rings, by hand.
 TEST(TrackedCells, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
   const Wall wall(4, 2);
-  KlOccupancyParams alike = params();
+  KlOccupancyParams alike = trackedParams();
   alike.doubt_spreads = true;
   KlOccupancy beliefs(alike);
-  KlOccupancy cautious(params());
+  KlOccupancy cautious(trackedParams());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features{wall.feature(1, 0), wall.feature(2, 3)};
   beliefs.update(wall.frame(features), p);
@@ -122,7 +122,7 @@ TEST(TrackedCells, OtherPlanesAndFarPatchesTakeTheBeliefOfTheirPoints) {
   Wall wall(5, 2);
   for (std::size_t i : {2u, 7u}) wall.xyz[3 * i] = kNan;  // a gap of one cell
   wall.labels[3] = wall.labels[8] = 1;
-  KlOccupancy beliefs(params());
+  KlOccupancy beliefs(trackedParams());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   const std::vector<KeyFeature> features{wall.feature(1, 0)};
   const auto summary = beliefs.update(wall.frame(features), p);
@@ -136,7 +136,7 @@ TEST(TrackedCells, OtherPlanesAndFarPatchesTakeTheBeliefOfTheirPoints) {
 
 TEST(TrackedCells, AFeatureThatDisagreesWithItsPixelBelongsWhereItLies) {
   const Wall wall(3);
-  KlOccupancy beliefs(params());
+  KlOccupancy beliefs(trackedParams());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features{wall.feature(1, 1)};
   features[0].position *= 0.4;  // a wrong disparity
@@ -148,7 +148,7 @@ TEST(TrackedCells, AFeatureThatDisagreesWithItsPixelBelongsWhereItLies) {
 
 TEST(TrackedCells, FollowsFeaturesThroughTheMotionInBothReadings) {
   for (const MotionReading reading : {MotionReading::FeaturePosition, MotionReading::RobotPose}) {
-    KlOccupancyParams reading_params = params();
+    KlOccupancyParams reading_params = trackedParams();
     reading_params.beliefs.motion_reading = reading;
     KlOccupancy beliefs(reading_params);
     Wall wall(3);
@@ -179,7 +179,7 @@ TEST(TrackedCells, FollowsFeaturesThroughTheMotionInBothReadings) {
 
 TEST(TrackedCells, CountsWhatCannotBeFollowed) {
   const Wall wall(3);
-  KlOccupancy beliefs(params());
+  KlOccupancy beliefs(trackedParams());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features(4, wall.feature(1, 1));
   features[0].track = -1;
@@ -193,8 +193,8 @@ TEST(TrackedCells, CountsWhatCannotBeFollowed) {
 
 TEST(TrackedCells, FindsThePixelOfAFeatureAmongIndicesInAnyOrder) {
   const Wall wall(3);
-  KlOccupancy sorted(params());
-  KlOccupancy reversed(params());
+  KlOccupancy sorted(trackedParams());
+  KlOccupancy reversed(trackedParams());
   const std::vector<KeyFeature> features{wall.feature(7, 1)};
   std::vector<float> p;
   EXPECT_EQ(sorted.update(wall.frame(features), p).cells_of_neighbours, 5u);
@@ -209,7 +209,7 @@ TEST(TrackedCells, FindsThePixelOfAFeatureAmongIndicesInAnyOrder) {
 }
 
 TEST(TrackedCells, SurvivesEmptyFramesAndRejectsBadOnes) {
-  KlOccupancy beliefs(params());
+  KlOccupancy beliefs(trackedParams());
   const Wall wall(3);
   const std::vector<KeyFeature> features{wall.feature(1, 1)};
   std::vector<float> p;

@@ -253,7 +253,7 @@ TEST_F(OdometryTest, CopiesGoTheirOwnWay) {
 
 // Odometry on features that are wrong, unknown or unusable, and on bad parameters.
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 TEST_F(OdometryTest, FrozenImagesAreNoMotion) {
   const auto features = world.see(World::poseAt(0.0));
@@ -319,7 +319,7 @@ TEST_F(OdometryTest, UnusableFeaturesAreLeftOut) {
   const auto first = world.see(World::poseAt(0.0));
   odometry.update(first);
   auto features = world.see(World::poseAt(0.1));
-  features[0].position = Vector3(kNan, 0, 1);
+  features[0].position = Vector3(kUnknown, 0, 1);
   features[1].position = Vector3(0, 0, -1);
   features[2].position = Vector3(1e12, 0, 1e12);
   features[4].track = features[3].track;  // one track in two places
@@ -335,7 +335,7 @@ TEST_F(OdometryTest, RefusesWhatIsWrongAndStaysAsItWas) {
   features[0].track = -1;
   EXPECT_THROW(odometry.update(features), InputError);
   PosePrior given;
-  given.T_world_sensor.translation().x() = kNan;
+  given.T_world_sensor.translation().x() = kUnknown;
   EXPECT_THROW(odometry.update(world.see(World::poseAt(0.0)), given), InputError);
   EXPECT_THROW(odometry.setStart(given.T_world_sensor), InputError);
   EXPECT_TRUE(odometry.update(world.see(World::poseAt(0.1))).registered);
@@ -348,7 +348,7 @@ TEST(OdometryFaults, RefusesBadParameters) {
     EXPECT_THROW(Odometry{params}, ParameterError);
   };
   refused([](OdometryParams& p) { p.keyframe_translation = 0.0; });
-  refused([](OdometryParams& p) { p.keyframe_rotation = kNan; });
+  refused([](OdometryParams& p) { p.keyframe_rotation = kUnknown; });
   refused([](OdometryParams& p) { p.max_landmarks = 1; });
   refused([](OdometryParams& p) { p.jump_distance = 0.0; });
   refused([](OdometryParams& p) { p.jump_inlier_fraction = 2.0; });

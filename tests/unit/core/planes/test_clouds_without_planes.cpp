@@ -14,9 +14,9 @@
 namespace planar_mapping {
 namespace {
 
-constexpr std::uint32_t kWidth = 320;
-constexpr std::uint32_t kHeight = 240;
-constexpr double kFocal = 260.0;
+constexpr std::uint32_t kCloudWidth = 320;
+constexpr std::uint32_t kCloudHeight = 240;
+constexpr double kCloudFocal = 260.0;
 
 double between(Random& random, double low, double high) {
   return low + (high - low) * random.uniform();
@@ -27,18 +27,18 @@ struct Cloud {
   std::vector<float> xyz;
 
   void add(double column, double row, double depth) {
-    xyz.push_back(static_cast<float>((column - 0.5 * kWidth) / kFocal * depth));
-    xyz.push_back(static_cast<float>((row - 0.5 * kHeight) / kFocal * depth));
+    xyz.push_back(static_cast<float>((column - 0.5 * kCloudWidth) / kCloudFocal * depth));
+    xyz.push_back(static_cast<float>((row - 0.5 * kCloudHeight) / kCloudFocal * depth));
     xyz.push_back(static_cast<float>(depth));
   }
-  PointsView image() const { return {xyz.data(), kWidth, kHeight}; }
+  PointsView image() const { return {xyz.data(), kCloudWidth, kCloudHeight}; }
   PointsView points() const { return {xyz.data(), xyz.size() / 3}; }
 };
 
 Cloud cloudOf(const std::function<double(double, double)>& depthAt) {
   Cloud cloud;
-  for (std::uint32_t row = 0; row < kHeight; ++row) {
-    for (std::uint32_t column = 0; column < kWidth; ++column)
+  for (std::uint32_t row = 0; row < kCloudHeight; ++row) {
+    for (std::uint32_t column = 0; column < kCloudWidth; ++column)
       cloud.add(column, row, depthAt(column, row));
   }
   return cloud;
@@ -51,29 +51,29 @@ Cloud noise(Random& random) {
 
 /// 4,000 leaves of 2 to 4 cm, turned at random, in a bush of 1.5 m depth.
 Cloud foliage(Random& random) {
-  std::vector<double> depth(kWidth * kHeight, 0.0);
+  std::vector<double> depth(kCloudWidth * kCloudHeight, 0.0);
   for (int leaf = 0; leaf < 4000; ++leaf) {
     const double z = between(random, 1.5, 3.0);
-    const double radius = between(random, 0.01, 0.02) * kFocal / z;
-    const double column = between(random, 0.0, kWidth);
-    const double row = between(random, 0.0, kHeight);
+    const double radius = between(random, 0.01, 0.02) * kCloudFocal / z;
+    const double column = between(random, 0.0, kCloudWidth);
+    const double row = between(random, 0.0, kCloudHeight);
     const double slope_x = between(random, -1.5, 1.5);
     const double slope_y = between(random, -1.5, 1.5);
     for (double y = std::ceil(row - radius); y <= row + radius; ++y) {
       for (double x = std::ceil(column - radius); x <= column + radius; ++x) {
-        if (std::hypot(x - column, y - row) > radius || !(x >= 0 && y >= 0) || x >= kWidth ||
-            y >= kHeight) {
+        if (std::hypot(x - column, y - row) > radius || !(x >= 0 && y >= 0) || x >= kCloudWidth ||
+            y >= kCloudHeight) {
           continue;
         }
-        double& at = depth[static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)];
-        const double here = z + (slope_x * (x - column) + slope_y * (y - row)) * z / kFocal;
+        double& at = depth[static_cast<std::size_t>(y) * kCloudWidth + static_cast<std::size_t>(x)];
+        const double here = z + (slope_x * (x - column) + slope_y * (y - row)) * z / kCloudFocal;
         if (at == 0.0 || here < at) at = here;
       }
     }
   }
   return cloudOf([&](double column, double row) {
     const double z =
-        depth[static_cast<std::size_t>(row) * kWidth + static_cast<std::size_t>(column)];
+        depth[static_cast<std::size_t>(row) * kCloudWidth + static_cast<std::size_t>(column)];
     return z > 0.0 ? z + 0.002 * random.normal() : NAN;
   });
 }
@@ -91,8 +91,8 @@ Cloud cloth(Random& random) {
                      between(random, 0.0, 2.0 * M_PI), between(random, 0.04, 0.08)});
   }
   return cloudOf([&](double column, double row) {
-    const double x = (column - 0.5 * kWidth) / kFocal * 1.5;
-    const double y = (row - 0.5 * kHeight) / kFocal * 1.5;
+    const double x = (column - 0.5 * kCloudWidth) / kCloudFocal * 1.5;
+    const double y = (row - 0.5 * kCloudHeight) / kCloudFocal * 1.5;
     double z = 1.5 + 0.001 * random.normal();
     for (const Fold& f : folds) z += f.height * std::sin(f.x * x + f.y * y + f.phase);
     return z;
@@ -118,7 +118,7 @@ void expectAtMost(double most, Cloud (*make)(Random&), const MultiPlaneParams& p
 
 MultiPlaneParams ofStereo() {
   MultiPlaneParams params;
-  params.noise = StereoNoise{0.12, kFocal, 0.5};
+  params.noise = StereoNoise{0.12, kCloudFocal, 0.5};
   return params;
 }
 

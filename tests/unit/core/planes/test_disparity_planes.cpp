@@ -17,7 +17,7 @@ namespace {
 using namespace test;
 
 constexpr double kDegree = M_PI / 180.0;
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoDisparity = std::numeric_limits<float>::quiet_NaN();
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
 constexpr double kFocal = 256.0;
@@ -197,7 +197,7 @@ TEST(DisparityPlanes, ImageSizesThatAreNoMultipleOfTiles) {
 }
 
 TEST(DisparityPlanes, HostileInputGivesNoPlaneAndNoCrash) {
-  std::vector<float> xyz(3 * 64 * 48, kNaN);
+  std::vector<float> xyz(3 * 64 * 48, kNoDisparity);
   const PointsView view(xyz.data(), 64, 48, 3);
   EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
   xyz[0] = xyz[1] = 0.0F;

@@ -14,7 +14,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegree = M_PI / 180.0;
+constexpr double kDegreeInRadians = M_PI / 180.0;
 constexpr double kNoise = 0.003;  // times z squared
 
 PlaneSet search(const DepthScene& scene) {
@@ -66,7 +66,8 @@ TEST(OrganizedEdges, WhiteNoiseDoesNotTurnPlanes) {
   scene.render(kNoise, 0.0, 5);
   const PlaneSet set = search(scene);
   EXPECT_EQ(set.planes.size(), static_cast<std::size_t>(kLeaves));
-  for (int leaf = 0; leaf < kLeaves; ++leaf) expectFound(scene, set, leaf, 0.95, 0.3 * kDegree);
+  for (int leaf = 0; leaf < kLeaves; ++leaf)
+    expectFound(scene, set, leaf, 0.95, 0.3 * kDegreeInRadians);
 }
 
 /// Leaves of equal width that turn by the same angle from one to the next.
@@ -88,10 +89,11 @@ TEST(OrganizedEdges, FoldsAreCutThatNoiseHidesFromEveryCell) {
   // one's plane, less than the noise of 19 mm.
   constexpr int kLeaves = 6;
   for (const std::uint64_t seed : {5, 6, 7}) {
-    const DepthScene scene = fan(kLeaves, 0.2, 9.0 * kDegree, kNoise, seed);
+    const DepthScene scene = fan(kLeaves, 0.2, 9.0 * kDegreeInRadians, kNoise, seed);
     const PlaneSet set = search(scene);
     EXPECT_EQ(set.planes.size(), static_cast<std::size_t>(kLeaves));
-    for (int leaf = 0; leaf < kLeaves; ++leaf) expectFound(scene, set, leaf, 0.75, 1.5 * kDegree);
+    for (int leaf = 0; leaf < kLeaves; ++leaf)
+      expectFound(scene, set, leaf, 0.75, 1.5 * kDegreeInRadians);
   }
 }
 
@@ -114,8 +116,8 @@ TEST(OrganizedEdges, NarrowPlaneBetweenTwoOthersKeepsItsEdges) {
     scene.render(kNoise, 0.0, seed);
     const PlaneSet set = search(scene);
     EXPECT_EQ(set.planes.size(), 3U) << seed;
-    for (const int riser : {0, 2}) expectFound(scene, set, riser, 0.95, 0.5 * kDegree);
-    expectFound(scene, set, 1, 0.9, 0.3 * kDegree);
+    for (const int riser : {0, 2}) expectFound(scene, set, riser, 0.95, 0.5 * kDegreeInRadians);
+    expectFound(scene, set, 1, 0.9, 0.3 * kDegreeInRadians);
   }
 }
 

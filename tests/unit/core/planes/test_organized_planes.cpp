@@ -16,8 +16,8 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegree = M_PI / 180.0;
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr double kOneDegree = M_PI / 180.0;
+constexpr float kNoRange = std::numeric_limits<float>::quiet_NaN();
 
 MultiPlaneParams organized(double distance_threshold = 0.05, int min_inliers = 500) {
   MultiPlaneParams params;
@@ -31,8 +31,8 @@ PlaneSet search(const DepthScene& scene, const MultiPlaneParams& params) {
   return findPlanes(scene.view(), nullptr, params);
 }
 
-void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, double min_recall,
-                 double max_angle) {
+void expectSurfaceFound(const DepthScene& scene, const PlaneSet& set, int surface,
+                        double min_recall, double max_angle) {
   std::size_t k = 0;
   ASSERT_GE(recall(scene, set, surface, &k), min_recall) << "surface " << surface;
   EXPECT_LE(angleBetween(set.planes[k].plane, scene.plane(surface)), max_angle)
@@ -43,8 +43,8 @@ void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, doub
 void expectJust(const DepthScene& scene, const PlaneSet& set, int one, int other, double min_recall,
                 double max_angle) {
   ASSERT_EQ(set.planes.size(), 2u);
-  expectFound(scene, set, one, min_recall, max_angle);
-  expectFound(scene, set, other, min_recall, max_angle);
+  expectSurfaceFound(scene, set, one, min_recall, max_angle);
+  expectSurfaceFound(scene, set, other, min_recall, max_angle);
 }
 
 TEST(OrganizedPlanes, FindsPlanesExactlyAndWithNoiseAndMissingPixels) {
@@ -57,7 +57,7 @@ TEST(OrganizedPlanes, FindsPlanesExactlyAndWithNoiseAndMissingPixels) {
     const PlaneSet set = search(scene, organized());
     ASSERT_EQ(set.planes.size(), 3u);
     for (int surface = 0; surface < 3; ++surface)
-      expectFound(scene, set, surface, one.min_recall, one.max_degrees * kDegree);
+      expectSurfaceFound(scene, set, surface, one.min_recall, one.max_degrees * kOneDegree);
   }
 }
 
@@ -113,8 +113,8 @@ TEST(OrganizedPlanes, SurvivesFlyingPixels) {
   scene.addFlyingPixels(5);
   const PlaneSet set = search(scene, organized());
   ASSERT_EQ(set.planes.size(), 2u);
-  expectFound(scene, set, wall, 0.97, 0.2 * kDegree);
-  expectFound(scene, set, board, 0.95, 0.3 * kDegree);
+  expectSurfaceFound(scene, set, wall, 0.97, 0.2 * kOneDegree);
+  expectSurfaceFound(scene, set, board, 0.95, 0.3 * kOneDegree);
 }
 
 TEST(OrganizedPlanes, KeepsAStepApart) {
@@ -122,7 +122,7 @@ TEST(OrganizedPlanes, KeepsAStepApart) {
   const int low = scene.addPlane({0.0, 0.0, 1.50}, {0.0, 0.0, -1.0});
   const int high = scene.addRectangle({0.3, 0.0, 1.42}, {0.3, 0.0, 0.0}, {0.0, 1.0, 0.0});
   scene.render(0.001, 0.0, 6);
-  expectJust(scene, search(scene, organized(0.02)), low, high, 0.97, 0.2 * kDegree);
+  expectJust(scene, search(scene, organized(0.02)), low, high, 0.97, 0.2 * kOneDegree);
 }
 
 TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
@@ -131,7 +131,7 @@ TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
   const int near = scene.addRectangle({-0.5, 0.0, 2.0}, {0.4, 0.0, 0.0}, {0.0, 0.6, 0.0});
   const int far = scene.addRectangle({0.6, 0.0, 2.03}, {0.2, 0.0, 0.0}, {0.0, 0.5, 0.0});
   scene.render(0.0005, 0.0, 6);
-  expectJust(scene, search(scene, organized()), near, far, 0.97, 0.2 * kDegree);
+  expectJust(scene, search(scene, organized()), near, far, 0.97, 0.2 * kOneDegree);
 }
 
 TEST(OrganizedPlanes, JoinsWhatTouchesWhereASurfaceBends) {
@@ -150,7 +150,7 @@ TEST(OrganizedPlanes, KeepsPlanesThatTouchAtAnEdge) {
   const int left = scene.addRectangle({-0.5, 0.0, 2.0}, {0.5, 0.0, 0.3}, {0.0, 1.0, 0.0});
   const int right = scene.addRectangle({0.5, 0.0, 2.0}, {0.5, 0.0, -0.3}, {0.0, 1.0, 0.0});
   scene.render(0.001, 0.0, 7);
-  expectJust(scene, search(scene, organized()), left, right, 0.95, 0.3 * kDegree);
+  expectJust(scene, search(scene, organized()), left, right, 0.95, 0.3 * kOneDegree);
 }
 
 TEST(OrganizedPlanes, FindsAStripNarrowerThanTwoCells) {
@@ -160,7 +160,7 @@ TEST(OrganizedPlanes, FindsAStripNarrowerThanTwoCells) {
   scene.render(0.0005, 0.0, 8);
   ASSERT_GT(scene.pixelsOf(strip), 2000u);
   const PlaneSet set = search(scene, organized());
-  expectFound(scene, set, strip, 0.9, 2.0 * kDegree);
+  expectSurfaceFound(scene, set, strip, 0.9, 2.0 * kOneDegree);
 }
 
 TEST(OrganizedPlanes, FindsNoPlaneOnABall) {
@@ -184,7 +184,7 @@ TEST(OrganizedPlanes, FindsNoPlaneAlongAStaircase) {
   scene.render(0.001, 0.0, 21);
   const Vector3 slope = Vector3(0.0, 1.0, 1.0).normalized();
   for (const PlaneSegment& segment : search(scene, organized()).planes) {
-    EXPECT_LT(std::fabs(segment.plane.normal.dot(slope)), std::cos(20.0 * kDegree))
+    EXPECT_LT(std::fabs(segment.plane.normal.dot(slope)), std::cos(20.0 * kOneDegree))
         << segment.inliers.size() << " points";
   }
 }
@@ -195,7 +195,7 @@ TEST(OrganizedPlanes, LeavesOutWhatThePlaneCutsOutOfABall) {
   const int ball = scene.addBall({0.0, 0.0, 2.0}, 0.35);
   scene.render(0.001, 0.0, 22);
   const PlaneSet set = search(scene, organized());
-  expectFound(scene, set, wall, 0.97, 0.2 * kDegree);
+  expectSurfaceFound(scene, set, wall, 0.97, 0.2 * kOneDegree);
   for (const PlaneSegment& segment : set.planes) {
     std::size_t on_ball = 0;
     for (const int i : segment.inliers) on_ball += scene.truth[static_cast<std::size_t>(i)] == ball;
@@ -219,7 +219,7 @@ TEST(OrganizedPlanes, AnyStrideGivesTheSameBytes) {
   scene.render(0.001, 0.1, 12);
   const PlaneSet packed = search(scene, organized());
   for (const std::size_t stride : {4u, 5u, 8u}) {
-    std::vector<float> padded(stride * scene.truth.size(), kNaN);
+    std::vector<float> padded(stride * scene.truth.size(), kNoRange);
     for (std::size_t i = 0; i < scene.truth.size(); ++i)
       std::copy_n(&scene.xyz[3 * i], 3, &padded[stride * i]);
     expectSameBytes(packed,
@@ -236,7 +236,7 @@ TEST(OrganizedPlanes, SubsetByIndexEqualsSubsetByCopy) {
   }
   const PlaneSet by_index = findPlanes(scene.view(), &indices, organized());
   DepthScene copy = scene;
-  std::fill(copy.xyz.begin(), copy.xyz.end(), kNaN);
+  std::fill(copy.xyz.begin(), copy.xyz.end(), kNoRange);
   for (const int i : indices) std::copy_n(&scene.xyz[3 * i], 3, &copy.xyz[3 * i]);
   expectSameBytes(by_index, search(copy, organized()));
   EXPECT_EQ(by_index.diagnostics.points_considered, indices.size());
@@ -296,7 +296,7 @@ TEST(OrganizedPlanes, UsesTheNoiseOfAKnownSensor) {
   const PlaneSet set = search(scene, params);
   ASSERT_FALSE(set.planes.empty());
   // Half of the points are farther than d_T from the wall: the band must follow the noise.
-  expectFound(scene, set, wall, 0.97, 0.5 * kDegree);
+  expectSurfaceFound(scene, set, wall, 0.97, 0.5 * kOneDegree);
 }
 
 TEST(OrganizedPlanes, SaysWhatItDid) {
@@ -322,7 +322,7 @@ TEST(OrganizedPlanes, ImagesOfAnySizeWork) {
     scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});
     scene.render(0.0, 0.0, 18);
     for (const PlaneSegment& segment : search(scene, organized(0.05, 3)).planes)
-      EXPECT_LT(angleBetween(segment.plane, scene.plane(0)), 0.1 * kDegree);
+      EXPECT_LT(angleBetween(segment.plane, scene.plane(0)), 0.1 * kOneDegree);
   }
   DepthScene scene(33, 17, 30.0);
   scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});
@@ -339,7 +339,7 @@ TEST(OrganizedPlanes, HostileCoordinatesGiveFiniteResults) {
   const float infinite = std::numeric_limits<float>::infinity();
   Random random(20);
   std::vector<std::vector<float>> clouds;
-  clouds.emplace_back(3 * kSize, kNaN);
+  clouds.emplace_back(3 * kSize, kNoRange);
   clouds.emplace_back(3 * kSize, infinite);
   clouds.emplace_back(3 * kSize, 1.0F);
   clouds.emplace_back(3 * kSize, 1e9F);
@@ -352,7 +352,7 @@ TEST(OrganizedPlanes, HostileCoordinatesGiveFiniteResults) {
     wild.insert(wild.end(), {even ? huge : -huge, even ? -huge : huge, huge});
     for (int axis = 0; axis < 3; ++axis) {
       const std::uint32_t kind = random.below(8);
-      mixed.push_back(kind == 0 ? kNaN : kind == 1 ? infinite : kind == 2 ? huge : 1.0F);
+      mixed.push_back(kind == 0 ? kNoRange : kind == 1 ? infinite : kind == 2 ? huge : 1.0F);
     }
   }
   clouds.insert(clouds.end(), {line, far, wild, mixed});

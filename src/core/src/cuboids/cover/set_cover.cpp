@@ -10,7 +10,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr std::size_t kStepsPerSet = 2;
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr std::uint32_t kNoSet = 0xFFFFFFFFu;
 
 /// A bit for each set, by chance one of 64: a list can only hold another one whose bits it has.
 std::uint64_t marksOf(const CellSet& sets) {
@@ -82,11 +82,11 @@ class RowWeighting {
   std::vector<std::size_t> run(std::size_t steps) {
     std::vector<std::uint32_t> best = cover_;
     std::minstd_rand random;
-    std::uint32_t added = kNone;
+    std::uint32_t added = kNoSet;
     for (step_ = 1; step_ <= steps; ++step_) {
       while (open_.empty() && !cover_.empty()) {
         best = cover_;
-        remove(leastMissed(kNone));
+        remove(leastMissed(kNoSet));
       }
       if (cover_.empty()) break;  // one set holds everything, or nothing is to be covered
       remove(leastMissed(added));
@@ -115,26 +115,26 @@ class RowWeighting {
 
   /// Better to move; of equals the one that has not been moved for longest.
   bool isBetter(std::uint32_t s, std::uint32_t than) const {
-    if (than == kNone || score_[s] != score_[than])
-      return than == kNone || score_[s] > score_[than];
+    if (than == kNoSet || score_[s] != score_[than])
+      return than == kNoSet || score_[s] > score_[than];
     return moved_[s] < moved_[than];
   }
 
   /// Of the cover the set without which least is open; not \p added unless it is the only one.
   std::uint32_t leastMissed(std::uint32_t added) const {
-    std::uint32_t best = kNone;
+    std::uint32_t best = kNoSet;
     for (const std::uint32_t s : cover_) {
       if (s != added && isBetter(s, best)) best = s;
     }
-    return best == kNone ? added : best;
+    return best == kNoSet ? added : best;
   }
 
   std::uint32_t bestFor(std::uint32_t element) const {
-    std::uint32_t best = kNone;
+    std::uint32_t best = kNoSet;
     for (const std::uint32_t s : sets_of_[element]) {
       if (may_enter_[s] != 0 && isBetter(s, best)) best = s;
     }
-    return best == kNone ? sets_of_[element].front() : best;
+    return best == kNoSet ? sets_of_[element].front() : best;
   }
 
   void flip(std::uint32_t s) {
