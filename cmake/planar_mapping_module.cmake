@@ -3,6 +3,7 @@
 #   planar_mapping_module(NAME core SOURCES src/a.cpp ... PUBLIC Eigen3::Eigen PRIVATE Threads::Threads
 #                         PRECOMPILE <Eigen/Geometry>)
 #
+# Without PRECOMPILE the module uses the precompiled header of core.
 # Headers are taken from include/. Modules are exported as planar_mapping::NAME. COMPONENT is the install component of
 # the library, runtime if it is not given.
 set_property(GLOBAL PROPERTY PLANAR_MAPPING_MODULES "")
@@ -15,6 +16,7 @@ endfunction()
 
 function(planar_mapping_set_flags target)
   target_compile_features(${target} PUBLIC cxx_std_17)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${PLANAR_MAPPING_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 4)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
   if(PLANAR_MAPPING_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
@@ -62,6 +64,7 @@ function(planar_mapping_module)
     CXX_VISIBILITY_PRESET ${visibility}
     VISIBILITY_INLINES_HIDDEN ON
     POSITION_INDEPENDENT_CODE ON
+    DEFINE_SYMBOL ""
     CXX_EXTENSIONS OFF)
   planar_mapping_set_flags(${target})
   planar_mapping_set_rpath(${target} ${CMAKE_INSTALL_LIBDIR})
@@ -73,7 +76,11 @@ function(planar_mapping_module)
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
+  if(ARG_PRECOMPILE)
+    target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
+  else()
+    target_precompile_headers(${target} REUSE_FROM planar_mapping_core)
+  endif()
   install(TARGETS ${target} EXPORT planar_mapping_${ARG_NAME}_targets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${ARG_COMPONENT} NAMELINK_COMPONENT development
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
@@ -92,7 +99,7 @@ function(planar_mapping_executable target)
   planar_mapping_set_flags(${target})
   target_link_libraries(${target} PRIVATE ${ARG_LINK})
   list(LENGTH ARG_SOURCES count)
-  if(count GREATER 2)  # fewer sources than that compile sooner without
+  if(ARG_PRECOMPILE AND count GREATER 2)  # fewer sources than that compile sooner without
     target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
   endif()
 endfunction()
