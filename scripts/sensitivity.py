@@ -40,6 +40,20 @@ DERIVED = {
     "geometry/cloud_origin:kEarth": "coordinates of a country are below the radius of the earth",
     "planes/surface_leaves:kMinThickness": "RMS thickness of two faces, one with a sixth of the points",
 }
+# Bounds of time or memory (where a search, a sample or a table ends) and tolerances of arithmetic, of which no figure depends: so the table says of those only
+# of which neither half nor twice moved one.
+BOUNDS = {
+    "bound of work": re.compile(
+        r"base/spelling:kLongestWord|box_search:kMaxPairs|lattice_cover:kMax(BoxesSearched|MoreBoxes|Moved)|set_cover:kStepsPerSet|cover_search:kMaxVolume|"
+        r"cloud_origin:kMaxSample|cloud_scale:kSample$|frame_cells:k(MinSlots|Stretch)|ground_labels:kMaxCounted|ground_plane:k(Finalists|MaxScored)|"
+        r"kl_occupancy:kMaxPointsKept|motion_estimation:k(FinalIterations|LocalIterations|Rounds)|feature_planes:kSample|multi_plane:kStep|"
+        r"multi_ransac:kMax(Iterations|Models)|point_cells:kSampleDivisor|plane_fit:kMaxCandidates|leaf_planes:kMaxVoters|surface_map:kMaxViews|"
+        r"surface_search:kMax(Bins|Directions|Shifts)"),
+    "numerical": re.compile(
+        r"base/types:kTolerance|plane_cover:kLargestLength|plane_raster:kHorizontalSine|geometry/camera:kNearest|motion_refinement:k(Converged|NearestDepth)|"
+        r"disparity_fit:kThinnest|disparity_growing:kMinNoise|sparse_points:kFarthestCell|surface_leaves:kThinnest|surface_map:kSamePlace|"
+        r"surface_registration:kSettled"),
+}
 # Measured by hand on other inputs.
 ELSEWHERE = {
     "cuboids/compact_cover:kMaxSlant": "the tolerance of a cover; 0.75, 0.9: ICL living room occupied % 1.17 > 1.35, 1.70, "
@@ -406,7 +420,8 @@ def row_of(key, entry, results, base):
             parts += [f"{group} {name} {short(b)} > {short(a)}" for name, (b, a) in sorted(changes(base[group], figures).items())]
         cells.append(f"{factor}: " + ("; ".join(parts) if parts else "nothing"))
     moved = any("nothing" not in cell for cell in cells)
-    return [key, value, "sensitive" if moved else "no effect", " / ".join(cells)]
+    unmoved = next((kind for kind, names in BOUNDS.items() if names.search(key)), "no effect")
+    return [key, value, "sensitive" if moved else unmoved, " / ".join(cells)]
 
 
 def main():
@@ -476,6 +491,7 @@ Made by `scripts/sensitivity.py`, which says how. Each constant is halved and do
 
 - *derived*: by the formula that is named. *technical*: a limit of a type, a sentinel, a size of a block, or a number that the compiler needs.
 - *sensitive*: a figure moved. *no effect*: none did, **on these inputs**: a constant of a case that none of them has says nothing by that.
+- *bound of work*, *numerical*: where a search, a sample or a table ends, and tolerances of arithmetic; none moved a figure.
 - *not measured*: no row yet. `PLANAR_TUNE="KEY=VALUE"` sets any of them by hand.
 
 Inputs: random rooms and yards of the seeds 941 to 948, 961 and 962 (`benchmarks/sensitivity`), the room `white` of seeds 951 and 971, every 9th, 13th and
@@ -487,7 +503,7 @@ What was measured *elsewhere*, by hand, says on what; `isMerged()` has seven of 
 
 
 def markdown(rows, state):
-    kinds = ("derived", "technical", "sensitive", "no effect", "not measured")
+    kinds = ("derived", "technical", "sensitive", *BOUNDS, "no effect", "not measured")
     count = {kind: sum(row[2].split(":")[0] == kind for row in rows) for kind in kinds}
     lines = [INTRODUCTION, "Constants: " + ", ".join(f"{number} {kind}" for kind, number in count.items()) + ".", "", "## Without any change", ""]
     lines += ["| input | figures |", "|---|---|"]
