@@ -206,7 +206,7 @@ void printList(const StageTable& table) {
 }  // namespace
 
 void addConfigCommand(CLI::App& app, int&) {
-  struct ConfigArguments {
+  struct Arguments {
     bool defaults = false;
     std::string explain;
     std::string effective;
@@ -215,7 +215,7 @@ void addConfigCommand(CLI::App& app, int&) {
   };
   auto* command =
       app.add_subcommand("config", "All keys with unit, range, default, meaning; resolved files");
-  const auto arguments = std::make_shared<ConfigArguments>();
+  const auto arguments = std::make_shared<Arguments>();
   auto* what = command->add_option_group("what");
   what->add_flag("--defaults", arguments->defaults, "Every stage with every key");
   what->add_option("--explain", arguments->explain, "A key: KEY or STAGE.KEY");
@@ -241,14 +241,14 @@ void addConfigCommand(CLI::App& app, int&) {
 }
 
 void addValidateCommand(CLI::App& app, int&) {
-  struct ConfigArguments {
+  struct Arguments {
     std::string configuration;
     ConfigurationOverrides overrides;
     bool quiet = false;
   };
   auto* command =
       app.add_subcommand("validate", "Every problem of a configuration in one go; nothing is run");
-  const auto arguments = std::make_shared<ConfigArguments>();
+  const auto arguments = std::make_shared<Arguments>();
   command->add_option("config", arguments->configuration, "Configuration file (*.yaml)")
       ->required();
   command->add_option("--set", arguments->overrides.assignments, "stage.key=value, repeatable")
@@ -267,13 +267,13 @@ void addValidateCommand(CLI::App& app, int&) {
 }
 
 void addStagesCommand(CLI::App& app, int&) {
-  struct ConfigArguments {
+  struct Arguments {
     std::string describe;
     std::vector<std::string> plugins;
     bool markdown = false;
   };
   auto* command = app.add_subcommand("stages", "The stages there are and their parameters");
-  const auto arguments = std::make_shared<ConfigArguments>();
+  const auto arguments = std::make_shared<Arguments>();
   command->add_option("--describe", arguments->describe, "One stage with all its parameters");
   command->add_option("--plugin", arguments->plugins, "Shared library with more stages");
   command->add_flag("--markdown", arguments->markdown, "All of them as docs/parameters.md");

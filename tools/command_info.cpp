@@ -133,12 +133,12 @@ void printFlat(const Json& json, const std::string& prefix) {
 }  // namespace
 
 void addInfoCommand(CLI::App& app, int&) {
-  struct InfoArguments {
+  struct Arguments {
     std::string file;
     bool json = false;
   };
   auto* command = app.add_subcommand("info", "What a map, a cloud or a sequence folder holds");
-  const auto arguments = std::make_shared<InfoArguments>();
+  const auto arguments = std::make_shared<Arguments>();
   command->add_option("file", arguments->file, "Map, PCD or PLY file, or sequence folder")
       ->required();
   command->add_flag("--json", arguments->json, "For machines");

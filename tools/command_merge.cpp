@@ -159,13 +159,13 @@ void addMergeCommand(CLI::App& app, int&) {
 }
 
 void addCompareCommand(CLI::App& app, int& exit_code) {
-  struct MergeArguments {
+  struct Arguments {
     std::string first, second;
     double threshold = 0.0;
     bool json = false;
   };
   auto* command = app.add_subcommand("compare", "What differs between two maps");
-  const auto arguments = std::make_shared<MergeArguments>();
+  const auto arguments = std::make_shared<Arguments>();
   command->add_option("first", arguments->first, "Map (*.pmap)")->required();
   command->add_option("second", arguments->second, "Map (*.pmap)")->required();
   addChecked(*command, "--threshold", arguments->threshold, numberIn(0.0, 1.0),

@@ -7,6 +7,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
@@ -24,7 +25,7 @@ using Mapping = PlanarMapping<Point>;
 using Occupancy = KLOccupancyFilter<Point>;
 using Removal = GroundRemoval<Point>;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using test::kNan;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// \p good is taken and given back; each of \p bad throws and changes nothing.

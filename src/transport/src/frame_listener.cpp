@@ -13,8 +13,7 @@
 namespace planar_mapping::transport {
 namespace {
 
-constexpr double kPollInterval = 0.05;  // seconds between looks at deadlines and at the stop flag
-constexpr double kAckInterval = 0.25;   // seconds; shows whether the front-end is there
+constexpr double kAckInterval = 0.25;  // seconds; shows whether the front-end is there
 constexpr int kMaxMessagesPerTurn = 64;
 constexpr int kMaxEvents = 100;
 constexpr std::size_t kMaxGreeted = 16;  // peers that are told of the end

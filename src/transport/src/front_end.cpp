@@ -11,9 +11,8 @@
 namespace planar_mapping::transport {
 namespace {
 
-constexpr double kPumpInterval = 0.05;  // seconds between looks at the stop flag
-constexpr double kPatience = 1.0;       // seconds until it says that it waits
-constexpr int kReconnectMs = 100;       // and from there up to
+constexpr double kPatience = 1.0;  // seconds until it says that it waits
+constexpr int kReconnectMs = 100;  // and from there up to
 constexpr int kMaxReconnectMs = 1000;
 constexpr const char* kMonitorAddress = "inproc://events";
 constexpr int kHandshakeFailed =
@@ -85,7 +84,7 @@ class FrontEnd {
   void waitForWelcome() {
     const Clock::time_point start = Clock::now();
     bool said_waiting = false;
-    while (!pump(kPumpInterval)) {
+    while (!pump(kPollInterval)) {
       if (secondsSince(progress_at_) > options_.timeout) {
         const std::string within = " within " + secondsText(options_.timeout);
         throw InputError(
@@ -138,7 +137,7 @@ class FrontEnd {
     for (std::uint64_t position = produced_ - kept_.size();; ++position) {
       if (produced_ == position && !produce()) return true;
       do {
-        if (!pump(position < acknowledged_ + window ? 0.0 : kPumpInterval)) return false;
+        if (!pump(position < acknowledged_ + window ? 0.0 : kPollInterval)) return false;
       } while (position >= acknowledged_ + window);
       if (position < acknowledged_) continue;
       const Bytes& body = kept_[position - (produced_ - kept_.size())];
@@ -152,7 +151,7 @@ class FrontEnd {
   bool waitForEnd() {
     if (!send(MessageType::End, encode(input_, Count{produced_}))) return false;
     while (!bye_) {
-      if (!pump(kPumpInterval) && !bye_) return acknowledged_ == produced_;
+      if (!pump(kPollInterval) && !bye_) return acknowledged_ == produced_;
     }
     return true;
   }
@@ -161,7 +160,7 @@ class FrontEnd {
   bool send(MessageType type, const Bytes& body) {
     if (!welcome_) return false;
     while (transport::send(socket_, "", type, instance_, body) != Sent::Yes) {
-      if (!pump(kPumpInterval)) return false;
+      if (!pump(kPollInterval)) return false;
     }
     return true;
   }

@@ -249,6 +249,8 @@ struct VersionError : ProtocolError {
   using ProtocolError::ProtocolError;
 };
 
+constexpr double kPollInterval = 0.05;  ///< seconds between looks at deadlines and at the stop flag
+
 using Clock = std::chrono::steady_clock;
 /// Seconds since then.
 double secondsSince(Clock::time_point time);

@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "evaluation/cuboid_geometry.h"
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/grid_cell.h"
@@ -41,7 +42,6 @@ double freeSpaceViolation(const std::vector<Cuboid>& cuboids, const std::vector<
   return freeSpaceViolation(CuboidDistance(cuboids), crossed);
 }
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A solid with a flat face through the origin, seen from along its normal: 20 m wide.
@@ -186,10 +186,10 @@ TEST(MappingErrorTest, NothingMarkedIsNoErrorAndNothingIsRefused) {
   EXPECT_EQ(mappingError({}, wall.truth, 0.1, 10).percent, 0.0);
   EXPECT_THROW(mappingError({}, wall.truth, 0.1, 0), InputError);
   EXPECT_THROW(mappingError({}, wall.truth, 0.0, 10), ParameterError);
-  EXPECT_THROW(mappingError({}, wall.truth, kNan, 10), ParameterError);
+  EXPECT_THROW(mappingError({}, wall.truth, test::kNan, 10), ParameterError);
   EXPECT_THROW(mappingError({}, CuboidDistance({Cuboid()}), wall.truth, 0.1, 10), InputError);
   Cuboid bad;
-  bad.size.x() = kNan;
+  bad.size.x() = test::kNan;
   EXPECT_THROW(mappingError({bad}, wall.truth, 0.1, 10), InputError);
 }
 
@@ -254,11 +254,11 @@ TEST(CoverageMetric, PointsThatAreNotFiniteDoNotCount) {
   const std::vector<Cuboid> none;
   Cuboid cuboid;
   cuboid.size = Vector3::Ones();
-  EXPECT_EQ(coverage({cuboid}, {{0, 0, 0}, {kNan, 0, 0}, {0, kInfinity, 0}}, 0.1), 1.0);
+  EXPECT_EQ(coverage({cuboid}, {{0, 0, 0}, {test::kNan, 0, 0}, {0, kInfinity, 0}}, 0.1), 1.0);
   EXPECT_EQ(coverage(none, {{0, 0, 0}}, 0.1), 0.0);
   EXPECT_EQ(coverage({cuboid}, {}, 0.1), 1.0);
   EXPECT_THROW(coverage({cuboid}, {{0, 0, 0}}, -0.1), ParameterError);
-  EXPECT_THROW(coverage({cuboid}, {{0, 0, 0}}, kNan), ParameterError);
+  EXPECT_THROW(coverage({cuboid}, {{0, 0, 0}}, test::kNan), ParameterError);
 }
 
 TEST(HeldBack, ByHand) {
@@ -267,7 +267,7 @@ TEST(HeldBack, ByHand) {
   cube.size = Vector3::Ones();
   std::vector<Vector3> points;
   for (int i = 19; i >= 0; --i) points.emplace_back(0.5 + 0.1 * i, 0.2, 0.3);
-  points.emplace_back(kNan, 0, 0);
+  points.emplace_back(test::kNan, 0, 0);
   const HeldBackDistance result = heldBackDistance({cube}, points, 0.55);
   EXPECT_NEAR(result.median, 0.9, 1e-12);                 // the tenth of twenty
   EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);          // the nineteenth
@@ -377,7 +377,7 @@ TEST(FreeSpace, FinePiecesMeasureVolume) {
 TEST(FreeSpace, RaysThatAreNoneAreLeftOut) {
   Cuboid cuboid;
   cuboid.size = Vector3::Constant(10.0);
-  const std::vector<MeasuredRay> rays = {{{kNan, 0, 0}, {1, 0, 0}},
+  const std::vector<MeasuredRay> rays = {{{test::kNan, 0, 0}, {1, 0, 0}},
                                          {{0, 0, 0}, {kInfinity, 0, 0}},
                                          {{0, 0, 0}, {0, 0, 0}},
                                          {{0, 0, 0}, {1e9, 0, 0}},

@@ -5,20 +5,18 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include <limits>
 #include <memory>
 #include <sstream>
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
 #include <octomap/OcTree.h>
 #endif
 
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::evaluation {
 namespace {
-
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 class OctreeGridTest : public testing::Test {
  protected:
@@ -54,7 +52,7 @@ TEST_F(OctreeGridTest, OneRayHitsItsEndAndClearsTheCellsBefore) {
   EXPECT_TRUE(octree.isFree({2.2, 0.9, 0.1}));
   EXPECT_FALSE(octree.isFree({4.5, 0.5, 0.5}));
   EXPECT_FALSE(octree.isFree({2.2, 1.1, 0.1}));
-  EXPECT_FALSE(octree.isFree({kNotANumber, 0.0, 0.0}));
+  EXPECT_FALSE(octree.isFree({test::kNan, 0.0, 0.0}));
   // Ground clears and is never occupied.
   OctreeGrid& of_ground = grid(1.0);
   of_ground.insert({}, {{4.5, 0.5, 0.5}}, {0.5, 0.5, 0.5});
@@ -253,7 +251,7 @@ TEST_F(OctreeGridTest, OrderOfPointsDoesNotMatter) {
 
 TEST_F(OctreeGridTest, PointsOutsideTheTreeAreDropped) {
   OctreeGrid& octree = grid(0.1);
-  octree.insert({{kNotANumber, 0, 0}, {1e9, 0, 0}}, {{0, kNotANumber, 0}}, {0, 0, 0});
+  octree.insert({{test::kNan, 0, 0}, {1e9, 0, 0}}, {{0, test::kNan, 0}}, {0, 0, 0});
   EXPECT_EQ(octree.counts().dropped_points, 3u);
   EXPECT_EQ(octree.counts().nodes, 0u);
   octree.finish();
@@ -263,7 +261,7 @@ TEST_F(OctreeGridTest, PointsOutsideTheTreeAreDropped) {
 
 TEST_F(OctreeGridTest, RefusesBadInput) {
   OctreeGrid& octree = grid(0.1);
-  EXPECT_THROW(octree.insert({}, {}, {kNotANumber, 0, 0}), InputError);
+  EXPECT_THROW(octree.insert({}, {}, {test::kNan, 0, 0}), InputError);
   EXPECT_THROW(octree.insert({}, {}, {1e9, 0, 0}), InputError);
   EXPECT_THROW(makeOctreeGrid(0.0), ParameterError);
   EXPECT_THROW(makeOctreeGrid(1.0, 0), ParameterError);

@@ -9,13 +9,13 @@
 #include <set>
 #include <tuple>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(StandardGrid, CellsAreHalfOpenCubesOfTheLattice) {
@@ -82,7 +82,7 @@ TEST(StandardGrid, WhatIsHitIsNotMissed) {
   StandardGrid grid(1.0);
   for (int i = 0; i < 5; ++i) grid.insert({{2.5, 0.5, 0.5}}, {{4.5, 0.5, 0.5}}, origin);
   EXPECT_EQ(looksUntilGone(grid), 9) << "as after five hits";
-  EXPECT_THROW(grid.insert({}, {}, {kNan, 0, 0}), InputError);
+  EXPECT_THROW(grid.insert({}, {}, {test::kNan, 0, 0}), InputError);
 }
 
 TEST(StandardGrid, RaysCrossTheCellsTheySample) {
@@ -117,7 +117,7 @@ TEST(StandardGrid, RaysCrossTheCellsTheySample) {
 
 TEST(StandardGrid, PointsBeyondTheLatticeAreDropped) {
   StandardGrid grid(0.1);
-  grid.insert({{kNan, 0, 0}, {0, kInfinity, 0}, {0, 0, -1e300}, {1e6, 0, 0}, {1e5, 0, 0}});
+  grid.insert({{test::kNan, 0, 0}, {0, kInfinity, 0}, {0, 0, -1e300}, {1e6, 0, 0}, {1e5, 0, 0}});
   const std::vector<GridCell> expected = {{1000000, 0, 0}};
   EXPECT_EQ(grid.cells(), expected);
 }
@@ -154,7 +154,7 @@ TEST(StandardGrid, FileTakesTheBitsOfTheBoundingBox) {
 TEST(StandardGrid, RefusesBadParameters) {
   EXPECT_THROW(StandardGrid(0.0), ParameterError);
   EXPECT_THROW(StandardGrid(-1.0), ParameterError);
-  EXPECT_THROW(StandardGrid{kNan}, ParameterError);
+  EXPECT_THROW(StandardGrid{test::kNan}, ParameterError);
   EXPECT_THROW(StandardGrid{kInfinity}, ParameterError);
   EXPECT_THROW(StandardGrid(0.1, 0), ParameterError);
 }

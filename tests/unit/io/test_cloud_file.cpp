@@ -5,18 +5,16 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "cloud_file_bytes.h"
 #include "cloud_file_fixture.h"
 #include "comma_locale.h"
+#include "numbers.h"
 
 namespace planar_mapping::io {
 namespace {
-
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 TEST_F(CloudFile, ReadsAscii) {
   const CloudData cloud = read(xyzHeader(2, 1, "ascii") + "1 2.5 -3e-1\n  +4\t5  6 \n");
@@ -158,7 +156,7 @@ TEST_F(CloudFile, WritesWhatItReads) {
   cloud.width = 3;
   cloud.height = 2;
   for (int i = 0; i < 18; ++i) cloud.xyz.push_back(0.1f * static_cast<float>(i) + 1e9f / 3.0f);
-  cloud.xyz[4] = kNaN;
+  cloud.xyz[4] = test::kNanFloat;
   cloud.xyz[5] = 1e-42f;
   cloud.colors = {0, 1, 0xFFFFFF, 0x102030, 4, 5};
   cloud.labels = {0, 1, 2, 0xFFFFFFFFu, 4, 5};
@@ -200,7 +198,7 @@ TEST_F(CloudFile, RefusesToWriteWhatItDoesNotRead) {
   cloud.width = 3;
   EXPECT_THROW(writePcd(dir_ / "out.pcd", cloud), InputError);
   cloud.width = 2;
-  cloud.T_world_sensor.translation().x() = kNaN;
+  cloud.T_world_sensor.translation().x() = test::kNanFloat;
   EXPECT_THROW(writePcd(dir_ / "out.pcd", cloud), InputError);
   EXPECT_FALSE(std::filesystem::exists(dir_ / "out.pcd"));
 }

@@ -10,6 +10,7 @@
 #include <limits>
 #include <string>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
@@ -341,11 +342,10 @@ TEST(DepthProjector, DistancesAlongRaysEndOnASphere) {
 }
 
 TEST(DepthProjector, FloatsAreProjectedLikeCounts) {
-  constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   PinholeCamera camera{500.0, 400.0, 1.0, 0.5, 3, 2};
   const DepthImage image{3, 2, {1000, 0, 3000, 0, 65535, 0}};
-  const std::vector<float> floats = {1000.0f, 0.0f, 3000.0f, kNoDepth, kInfinity, -5.0f};
+  const std::vector<float> floats = {1000.0f, 0.0f, 3000.0f, test::kNanFloat, kInfinity, -5.0f};
   CloudData from_counts, from_floats;
   const DepthProjector projector(camera, 1000.0);
   projector.project(image, from_counts);

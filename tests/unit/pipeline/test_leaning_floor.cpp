@@ -9,13 +9,12 @@
 #include "advice/leaning_floor.h"
 #include "advice/watches.h"
 #include "map_scene.h"
+#include "numbers.h"
 #include "planar_mapping/core/geometry/camera.h"
 #include "ring_scan.h"
 
 namespace planar_mapping::detail {
 namespace {
-
-constexpr double kDegree = M_PI / 180.0;
 
 /// What two cameras in a room see, in a world turned by \p tilt.
 PlanarMap roomTiltedBy(double tilt) {
@@ -30,9 +29,10 @@ PlanarMap roomTiltedBy(double tilt) {
 
 TEST(LeaningFloor, IsFoundWithItsTiltAndArea) {
   for (const double degrees : {8.0, 22.0, -30.0}) {
-    const std::optional<LeaningFloor> floor = leaningFloor(roomTiltedBy(degrees * kDegree), true);
+    const std::optional<LeaningFloor> floor =
+        leaningFloor(roomTiltedBy(degrees * test::kDegree), true);
     ASSERT_TRUE(floor) << degrees;
-    EXPECT_NEAR(floor->tilt, std::abs(degrees) * kDegree, 0.5 * kDegree);
+    EXPECT_NEAR(floor->tilt, std::abs(degrees) * test::kDegree, 0.5 * test::kDegree);
     EXPECT_GT(floor->area, 4.0);
     EXPECT_LT(floor->area, 24.0);
   }
@@ -40,14 +40,14 @@ TEST(LeaningFloor, IsFoundWithItsTiltAndArea) {
 
 TEST(LeaningFloor, IsNoneInALevelRoomNorInAnEmptyMap) {
   EXPECT_FALSE(leaningFloor(roomTiltedBy(0.0), true));
-  EXPECT_FALSE(leaningFloor(roomTiltedBy(3.0 * kDegree), true));
+  EXPECT_FALSE(leaningFloor(roomTiltedBy(3.0 * test::kDegree), true));
   EXPECT_FALSE(leaningFloor(PlanarMap(), false));
 }
 
 TEST(LeaningFloor, CeilingsThatLeanAreNone) {
   PlanarMap map;
   test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.0, -0.9));
-  view.pose = Eigen::AngleAxisd(20.0 * kDegree, Vector3::UnitX()) * view.pose;
+  view.pose = Eigen::AngleAxisd(20.0 * test::kDegree, Vector3::UnitX()) * view.pose;
   map.insert(view.frame());
   ASSERT_FALSE(map.planes().empty());
   EXPECT_FALSE(leaningFloor(map, true));
@@ -97,11 +97,11 @@ PlanarMap floorsAlongY(double area, int floors, bool is_merged = true) {
 }
 
 TEST(LeaningFloor, LevelWithoutTheTurnOfThePoseIsSaid) {
-  const double right_angle = 90.0 * kDegree;
+  const double right_angle = 90.0 * test::kDegree;
   const std::optional<LeaningFloor> floor = leaningFloor(scanTurnedBy(-right_angle, true), false);
   ASSERT_TRUE(floor);
   EXPECT_EQ(LeaningFloor::Kind::LevelWithoutTurn, floor->kind);
-  EXPECT_NEAR(floor->tilt, right_angle, kDegree);
+  EXPECT_NEAR(floor->tilt, right_angle, test::kDegree);
   EXPECT_NEAR(floor->up.y(), 1.0, 1e-6);
   EXPECT_FALSE(leaningFloor(scanTurnedBy(-right_angle, true), true));
   EXPECT_FALSE(leaningFloor(scanTurnedBy(0.0, true), false));

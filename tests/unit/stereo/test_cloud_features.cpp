@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "boxes_seen.h"
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/cloud_features.h"
@@ -114,12 +115,12 @@ TEST(CloudFeatures, TheFullestCellsComeFirst) {
 }
 
 TEST(CloudFeatures, OnlyFinitePointsOfTheIndicesCount) {
-  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInf = std::numeric_limits<float>::infinity();
   CloudFeatureParams params;
   params.min_points = 1;
   CloudFeatureSampler sampler(params);
-  const std::vector<float> xyz = {kNaN, 0.0f, 0.0f, 0.0f, kInf, 0.0f, 1e30f, 0.0f,
+  constexpr float kNan = test::kNanFloat;
+  const std::vector<float> xyz = {kNan, 0.0f, 0.0f, 0.0f, kInf, 0.0f, 1e30f, 0.0f,
                                   0.0f, 1.0f, 1.0f, 1.0f, 4.0f, 4.0f, 4.0f};
   EXPECT_EQ(sampler.sample(viewOf(xyz), nullptr, Pose::Identity()).size(), 2u);
   const Indices indices = {0, 3};
@@ -142,8 +143,6 @@ TEST(CloudFeatures, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.remember_frames = -1; });
 }
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
 io::Calibration smallCalibration() {
   io::Calibration calibration;
   calibration.camera = {100.0, 50.0, 1.0, 0.5, 4, 2};
@@ -153,7 +152,7 @@ io::Calibration smallCalibration() {
 }
 
 DisparityImage smallImage() {
-  return {4, 2, {2.0f, 8.0f, kNaN, -2.0f, -3.0f, 0.0f, 18.0f, 1e30f}};
+  return {4, 2, {2.0f, 8.0f, test::kNanFloat, -2.0f, -3.0f, 0.0f, 18.0f, 1e30f}};
 }
 
 TEST(DisparityImage, PointsFollowFromTheEquation) {

@@ -12,6 +12,7 @@
 #include <set>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "stereo_images.h"
 
@@ -314,12 +315,11 @@ TEST(FeatureTracker, RefusesParametersOutOfRange) {
     change(params);
     EXPECT_THROW(FeatureTracker{params}, ParameterError);
   };
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   refused([](auto& p) { p.detector = static_cast<FeatureDetector>(77); });
   refused([](auto& p) { p.max_features = 0; });
   refused([](auto& p) { p.track_ratio = 0.0; });
   refused([](auto& p) { p.stereo_ratio = 1.5; });
-  refused([](auto& p) { p.epipolar_tolerance = kNaN; });
+  refused([](auto& p) { p.epipolar_tolerance = test::kNan; });
   refused([](auto& p) { p.refine_window = 8; });
   refused([](auto& p) { p.track_window = 43; });
   refused([](auto& p) { p.max_refine_residual = 0.0; });

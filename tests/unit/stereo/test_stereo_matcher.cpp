@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "stereo_images.h"
 
@@ -330,7 +330,6 @@ TEST(StereoMatcher, RefusesParametersOutOfRange) {
     change(params);
     EXPECT_THROW(StereoMatcher{params}, ParameterError);
   };
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   refused([](auto& p) { p.paths = static_cast<SmoothnessPaths>(77); });
   refused([](auto& p) { p.block_size = 4; });
   refused([](auto& p) { p.block_size = 0; });
@@ -339,7 +338,7 @@ TEST(StereoMatcher, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.min_texture = -1.0; });
   refused([](auto& p) { p.disparities = 0; });
   refused([](auto& p) { p.min_disparity = -5000; });
-  refused([](auto& p) { p.max_disparity_fraction = kNaN; });
+  refused([](auto& p) { p.max_disparity_fraction = test::kNan; });
   refused([](auto& p) { p.max_disparity_fraction = 0.0; });
   refused([](auto& p) { p.near_distance = -1.0; });
   refused([](auto& p) { p.smoothness_large = p.smoothness_small - 1.0; });

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "numbers.h"
 #include "patch_scene.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/surface/planar_mapping.h"
@@ -203,8 +204,6 @@ TEST(PlanarMapping, ACloudInMillimetresIsRefused) {
 using namespace test;
 using Scene = test::PatchScene;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
 double coverage(const Scene& scene, const std::vector<Cuboid>& cuboids, double margin) {
   std::size_t inside = 0;
   const PointsView points = scene.view();
@@ -333,8 +332,8 @@ TEST(OneFrame, HostileCloudsGiveSmallAnswers) {
   }
   for (int i = 0; i < 50; ++i) plane.inliers.push_back(scene.add({0.01 * i, 5, 1}));  // a line
   for (int i = 0; i < 50; ++i) plane.inliers.push_back(scene.add({7, 7, 1}));         // one place
-  for (const float bad :
-       {kNan, std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()}) {
+  for (const float bad : {test::kNanFloat, std::numeric_limits<float>::infinity(),
+                          -std::numeric_limits<float>::infinity()}) {
     for (int axis = 0; axis < 3; ++axis) {
       Vector3 p(0.1, 0.2, 1);
       p[axis] = static_cast<double>(bad);

@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "message.h"
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "transport_frames.h"
 
 namespace planar_mapping::transport {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 const InputDescription kInput = {io::SequenceKind::Stereo, io::PoseSource::File, 20, 99, "street"};
@@ -157,7 +157,7 @@ TEST(FrameCoding, ExtremeValuesSurviveBothEncodings) {
 
 TEST(FrameCoding, PartlyFinitePointsAreHoles) {
   Frame frame = transportFrame(3, 2);
-  frame.cloud->points[0] = pcl::PointXYZ(1.0F, kNaN, 2.0F);
+  frame.cloud->points[0] = pcl::PointXYZ(1.0F, test::kNanFloat, 2.0F);
   frame.cloud->points[1] = pcl::PointXYZ(kInfinity, 1.0F, 2.0F);
   frame.cloud->points[2] = pcl::PointXYZ(1.0F, 1.0F, -kInfinity);
   const Frame received = throughTheWire(frame);
@@ -175,7 +175,8 @@ TEST(FrameCoding, EmptyAndUnorganizedAndHoleOnlyCloudsTravel) {
   frame = transportFrame(7, 1);
   EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
   frame = transportFrame(5, 5);
-  for (pcl::PointXYZ& p : frame.cloud->points) p = pcl::PointXYZ(kNaN, kNaN, kNaN);
+  for (pcl::PointXYZ& p : frame.cloud->points)
+    p = pcl::PointXYZ(test::kNanFloat, test::kNanFloat, test::kNanFloat);
   EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
   frame.cloud->points.assign(25, pcl::PointXYZ(1.0F, 2.0F, 3.0F));
   frame.cloud->is_dense = true;
@@ -199,17 +200,17 @@ TEST(FrameCoding, WhatCouldNotBeReceivedIsNotSent) {
     change(frame);
     EXPECT_THROW(encoded(frame), InputError);
   };
-  refuses([](Frame& f) { f.timestamp = kNaN; });
+  refuses([](Frame& f) { f.timestamp = test::kNanFloat; });
   refuses([](Frame& f) { f.T_world_sensor.translation().x() = kInfinity; });
   refuses([](Frame& f) { f.T_world_sensor.linear() *= 1.01; });
   refuses([](Frame& f) { f.T_world_sensor.linear() *= -1.0; });
   refuses([](Frame& f) { f.given_pose->linear().setZero(); });
   refuses([](Frame& f) { f.camera->fx = 0.0; });
-  refuses([](Frame& f) { f.camera->cx = kNaN; });
+  refuses([](Frame& f) { f.camera->cx = test::kNanFloat; });
   refuses([](Frame& f) { f.camera->width = -1; });
   refuses([](Frame& f) { f.baseline = -0.1; });
-  refuses([](Frame& f) { f.baseline = kNaN; });
-  refuses([](Frame& f) { f.key_features[2].position.y() = kNaN; });
+  refuses([](Frame& f) { f.baseline = test::kNanFloat; });
+  refuses([](Frame& f) { f.key_features[2].position.y() = test::kNanFloat; });
   refuses([](Frame& f) { f.key_features[2].track = -1; });
   refuses([](Frame& f) { f.key_features[2].sightings = 0; });
   refuses([](Frame& f) { f.key_features[2].column = kInfinity; });

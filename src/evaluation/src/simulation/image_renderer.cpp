@@ -14,7 +14,6 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr int kBandRows = 16;
 constexpr int kSubRays = 16;  ///< of a pixel at an edge: each in a column and a row of its own
 
 /// The objects around a pixel, each once.

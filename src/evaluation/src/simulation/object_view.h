@@ -10,6 +10,9 @@ namespace planar_mapping::evaluation {
 
 constexpr double kNearestDepth = 0.05;  ///< metres; nothing is seen closer to the camera
 
+/// Rows of an image that one thread works on at a time.
+constexpr int kBandRows = 16;
+
 /// Pixels [begin, end) of an image.
 struct PixelWindow {
   int column_begin, column_end, row_begin, row_end;

@@ -13,8 +13,6 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr int kRowsOfABand = 16;  ///< of the image, worked on by one thread at a time
-
 /// Depth, object and face of the pixels of rows [begin, end).
 void findSurfaces(const std::vector<ObjectView>& views, int begin, int end, Rendering& image) {
   const PinholeCamera& camera = image.camera;
@@ -89,11 +87,10 @@ Rendering render(const Scene& scene, const PinholeCamera& camera, const Pose& T_
   if (params.colors) image.colors.assign(pixels, kSkyColor);
   const std::vector<ObjectView> views = viewsOf(scene, camera, T_world_camera, params.frame);
   const std::vector<const ObjectView*> by_index = byIndex(views, scene);
-  const std::size_t bands =
-      static_cast<std::size_t>((camera.height + kRowsOfABand - 1) / kRowsOfABand);
+  const std::size_t bands = static_cast<std::size_t>((camera.height + kBandRows - 1) / kBandRows);
   parallelFor(bands, params.threads, [&](std::size_t band) {
-    const int begin = static_cast<int>(band) * kRowsOfABand;
-    const int end = std::min(begin + kRowsOfABand, camera.height);
+    const int begin = static_cast<int>(band) * kBandRows;
+    const int end = std::min(begin + kBandRows, camera.height);
     findSurfaces(views, begin, end, image);
     shadeRows(by_index, params, begin, end, image);
   });

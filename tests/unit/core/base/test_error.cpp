@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/random.h"
@@ -29,7 +30,6 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 template <typename Call>
 std::string messageOf(Call call) {
@@ -57,10 +57,11 @@ TEST(Error, RangesIncludeTheirEnds) {
 }
 
 TEST(Error, NanIsNeverInRange) {
-  EXPECT_THROW(requireInRange("x", kNan, -kInf, kInf), ParameterError);
-  EXPECT_THROW(requirePositive("x", kNan), ParameterError);
+  EXPECT_THROW(requireInRange("x", test::kNan, -kInf, kInf), ParameterError);
+  EXPECT_THROW(requirePositive("x", test::kNan), ParameterError);
   EXPECT_THROW(requirePositive("x", kInf), ParameterError);
-  EXPECT_NE(messageOf([] { requireInRange("x", kNan, 0, 1); }).find("nan"), std::string::npos);
+  EXPECT_NE(messageOf([] { requireInRange("x", test::kNan, 0, 1); }).find("nan"),
+            std::string::npos);
 }
 
 TEST(Error, EveryTypeIsAnErrorAndARuntimeError) {
@@ -87,7 +88,7 @@ TEST(StereoNoise, RejectsWhatNoCameraHas) {
   EXPECT_NO_THROW(StereoNoise().validate());
   EXPECT_THROW((StereoNoise{0.0, 500, 0.5}.validate()), ParameterError);
   EXPECT_THROW((StereoNoise{0.12, -1, 0.5}.validate()), ParameterError);
-  EXPECT_THROW((StereoNoise{0.12, 500, kNan}.validate()), ParameterError);
+  EXPECT_THROW((StereoNoise{0.12, 500, test::kNan}.validate()), ParameterError);
   EXPECT_THROW((StereoNoise{0.12, kInf, 0.5}.validate()), ParameterError);
 }
 

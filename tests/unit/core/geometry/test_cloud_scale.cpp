@@ -9,6 +9,7 @@
 #include <numeric>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 
@@ -42,13 +43,12 @@ TEST(CloudScale, MeasuresExtentSpacingAndRange) {
 /// What a sensor at the origin sees of a room of 6 x 4 x 3 m around it, a ray every degree, with a
 /// table before one wall. \param through  rays go on behind what they met first
 std::vector<float> roomScan(bool through) {
-  constexpr double kDegree = 0.017453292519943295;
   std::vector<float> xyz;
   for (int ring = -80; ring < 80; ++ring) {
     for (int step = 0; step < 360; ++step) {
-      const Vector3 ray(std::cos(ring * kDegree) * std::cos(step * kDegree),
-                        std::cos(ring * kDegree) * std::sin(step * kDegree),
-                        std::sin(ring * kDegree));
+      const Vector3 ray(std::cos(ring * test::kDegree) * std::cos(step * test::kDegree),
+                        std::cos(ring * test::kDegree) * std::sin(step * test::kDegree),
+                        std::sin(ring * test::kDegree));
       const double wall = (Vector3(3.0, 2.0, 1.5).array() / ray.array().abs()).minCoeff();
       const bool table = std::abs(ring + 20) < 15 && std::abs(step - 90) < 60;
       for (const double range : {0.5 * wall, wall}) {
@@ -119,11 +119,10 @@ TEST(IsMerged, ARoomBehindAWallIsOfAnotherScan) {
 }
 
 TEST(IsMerged, AYardSeenThroughAFenceIsOfOneScan) {
-  constexpr double kDegree = 0.017453292519943295;
   std::vector<float> xyz;  // 64 rings in a yard of 30 x 24 m, beside a mesh of 5 cm
   for (int ring = 0; ring < 64; ++ring) {
     for (int step = 0; step < 1800; ++step) {
-      const double up = (0.45 * ring - 20.0) * kDegree, around = 0.2 * step * kDegree;
+      const double up = (0.45 * ring - 20.0) * test::kDegree, around = 0.2 * step * test::kDegree;
       const Vector3 ray(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
                         std::sin(up));
       double range =

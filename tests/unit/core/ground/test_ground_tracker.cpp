@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/ground/detail/upright.h"
@@ -195,7 +196,6 @@ TEST(GroundTracker, RejectsAPoseThatIsNone) {
   EXPECT_THROW(tracker.update(PointsView(), nullptr, pose), InputError);
 }
 
-constexpr double kDegree = M_PI / 180.0;
 const Vector3 kLevel = -Vector3::UnitY();  // upwards for a level camera
 
 /// A plane of the world (z up, the sensor at the origin) as a tilted camera sees it. Cameras look
@@ -205,9 +205,9 @@ struct Tilted {
   explicit Tilted(double pitch_down_deg, double roll_deg = 0.0, double yaw_deg = 0.0) {
     Matrix3 level;  // rows: x right, y down, z forward in world coordinates
     level << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
-    R_camera_world = Eigen::AngleAxisd(roll_deg * kDegree, Vector3::UnitZ()) *
-                     Eigen::AngleAxisd(pitch_down_deg * kDegree, Vector3::UnitX()) * level *
-                     Eigen::AngleAxisd(yaw_deg * kDegree, Vector3::UnitZ());
+    R_camera_world = Eigen::AngleAxisd(roll_deg * test::kDegree, Vector3::UnitZ()) *
+                     Eigen::AngleAxisd(pitch_down_deg * test::kDegree, Vector3::UnitX()) * level *
+                     Eigen::AngleAxisd(yaw_deg * test::kDegree, Vector3::UnitZ());
   }
   Vector3 up() const { return R_camera_world * Vector3::UnitZ(); }
   /// \param normal in the world, towards the sensor
@@ -221,7 +221,7 @@ struct Tilted {
 };
 
 double degreesBetween(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree;
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / test::kDegree;
 }
 
 TEST(Upright, LevelsByFloorAndWallHoweverLittleFloorIsSeen) {
@@ -231,7 +231,7 @@ TEST(Upright, LevelsByFloorAndWallHoweverLittleFloorIsSeen) {
   const Upright found = findUpright(planes, kLevel);
   ASSERT_TRUE(found.found);
   EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6);
-  EXPECT_NEAR(degreesBetween(-Vector3::UnitY(), camera.up()) * kDegree, found.tilt, 1e-9);
+  EXPECT_NEAR(degreesBetween(-Vector3::UnitY(), camera.up()) * test::kDegree, found.tilt, 1e-9);
   EXPECT_NEAR(800.0 / 9800.0, found.horizontal, 1e-12);
   EXPECT_NEAR(9000.0 / 9800.0, found.vertical, 1e-12);
 }
@@ -326,12 +326,11 @@ TEST(Upright, LeavesOutWhatIsNeitherHorizontalNorVertical) {
 }
 
 TEST(Upright, RefusesABadDirectionAndTakesAnyPlanes) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(findUpright({}, Vector3::Zero()), ParameterError);
-  EXPECT_THROW(findUpright({}, Vector3(kNan, 1.0, 0.0)), ParameterError);
+  EXPECT_THROW(findUpright({}, Vector3(test::kNan, 1.0, 0.0)), ParameterError);
   const Tilted camera(20.0);
   PlaneSegment broken = camera.plane({0.0, 0.0, 1.0}, 1.0, 100);
-  broken.plane.normal.x() = kNan;
+  broken.plane.normal.x() = test::kNan;
   const PlaneSegment empty = camera.plane({0.0, 0.0, 1.0}, 1.0, 0);
   EXPECT_FALSE(findUpright({broken, empty}, kLevel).found);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/occupancy/feature_beliefs.h"
@@ -13,8 +14,6 @@
 
 namespace planar_mapping {
 namespace {
-
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 PointsView viewOf(const std::vector<float>& xyz) {
   return {xyz.data(), xyz.size() / 3};
@@ -75,7 +74,7 @@ TEST(Occupancy, LonelyFeatureGetsItsOwnProbability) {
 }
 
 TEST(Occupancy, NonFiniteFeaturesDoNotCount) {
-  const std::vector<float> xyz{0, 0, 2.0f, 0, 0, 2.1f, kNan, 0, 3, 0, INFINITY, 1};
+  const std::vector<float> xyz{0, 0, 2.0f, 0, 0, 2.1f, test::kNanFloat, 0, 3, 0, INFINITY, 1};
   const auto p = featureProbabilities(viewOf(xyz), nullptr, {0, 0, 0, 0}, OccupancyParams());
   const Indices finite{0, 1};
   const auto alone = featureProbabilities(viewOf(xyz), &finite, {0, 0}, OccupancyParams());
@@ -124,9 +123,9 @@ TEST(Occupancy, RejectsBadArguments) {
   params.noise.baseline = 0.0;
   EXPECT_THROW(featureProbabilities(viewOf(xyz), nullptr, {0}, params), ParameterError);
   params = OccupancyParams();
-  params.eta1 = kNan;
+  params.eta1 = test::kNanFloat;
   EXPECT_THROW(params.validate(), ParameterError);
-  EXPECT_THROW(featureProbability(kNan, 1, 1), ParameterError);
+  EXPECT_THROW(featureProbability(test::kNanFloat, 1, 1), ParameterError);
   EXPECT_THROW(rangeError(1, -1, StereoNoise()), ParameterError);
 }
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/occupancy/kl_occupancy.h"
 
@@ -14,7 +14,6 @@ namespace planar_mapping {
 namespace {
 
 constexpr double kSide = 0.25;
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 /// One pixel in the middle of each cell of a wall of so many cells, z = 2.125.
 struct Wall {
@@ -120,7 +119,7 @@ TEST(TrackedCells, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
 
 TEST(TrackedCells, OtherPlanesAndFarPatchesTakeTheBeliefOfTheirPoints) {
   Wall wall(5, 2);
-  for (std::size_t i : {2u, 7u}) wall.xyz[3 * i] = kNan;  // a gap of one cell
+  for (std::size_t i : {2u, 7u}) wall.xyz[3 * i] = test::kNanFloat;  // a gap of one cell
   wall.labels[3] = wall.labels[8] = 1;
   KlOccupancy beliefs(trackedParams());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
@@ -183,8 +182,8 @@ TEST(TrackedCells, CountsWhatCannotBeFollowed) {
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features(4, wall.feature(1, 1));
   features[0].track = -1;
-  features[1].position.x() = kNan;
-  features[1].column = kNan;
+  features[1].position.x() = test::kNanFloat;
+  features[1].column = test::kNanFloat;
   features[2].position.x() = 1e9;  // disagrees with its pixel and is beyond the grid
   const auto summary = beliefs.update(wall.frame(features), p);
   EXPECT_EQ(summary.features_ignored, 3u);
@@ -220,7 +219,7 @@ TEST(TrackedCells, SurvivesEmptyFramesAndRejectsBadOnes) {
   beliefs.reset();
   OccupancyFrame frame = wall.frame(features);
   frame.T_world_sensor = Pose::Identity();
-  frame.T_world_sensor->translation().x() = kNan;
+  frame.T_world_sensor->translation().x() = test::kNanFloat;
   EXPECT_THROW(beliefs.update(frame, p), InputError);
   const Indices outside{6};
   frame = wall.frame(features);

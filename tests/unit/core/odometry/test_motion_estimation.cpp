@@ -9,12 +9,11 @@
 #include <limits>
 
 #include "feature_corridor.h"
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
-
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 FeatureCamera stereoCamera() {
   return test::stereoCamera(500.0, 500.0, 320.0, 240.0, 0.12, 0.5);
@@ -103,7 +102,7 @@ TEST(FeatureCamera, RefusesPositionsItCannotSee) {
   const FeatureCamera camera = stereoCamera();
   FeatureSighting seen;
   for (const Vector3& position :
-       {Vector3(0, 0, 0), Vector3(0, 0, -1), Vector3(kNotANumber, 0, 1), Vector3(0, 0, 1e10),
+       {Vector3(0, 0, 0), Vector3(0, 0, -1), Vector3(test::kNan, 0, 1), Vector3(0, 0, 1e10),
         Vector3(0, 0, std::numeric_limits<double>::infinity())}) {
     KeyFeature feature;
     feature.position = position;
@@ -116,7 +115,7 @@ TEST(FeatureCamera, RefusesBadParameters) {
   camera.fx = 0.0;
   EXPECT_THROW(camera.validate(), ParameterError);
   camera = stereoCamera();
-  camera.pixel_error = kNotANumber;
+  camera.pixel_error = test::kNan;
   EXPECT_THROW(camera.validate(), ParameterError);
   camera = stereoCamera();
   camera.depth_error = 0.0;
@@ -146,7 +145,7 @@ TEST(RigidMotion, RefusesWhatDoesNotFixIt) {
   const std::vector<Vector3> same(4, Vector3(1, 2, 3));
   EXPECT_FALSE(rigidMotion(same, same, found));
   EXPECT_FALSE(rigidMotion({{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0}, {1, 0, 0}}, found));
-  EXPECT_FALSE(rigidMotion({{0, 0, 0}, {1, 0, 0}, {0, kNotANumber, 0}},
+  EXPECT_FALSE(rigidMotion({{0, 0, 0}, {1, 0, 0}, {0, test::kNan, 0}},
                            {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, found));
   EXPECT_FALSE(rigidMotion(line, same, found));
   EXPECT_TRUE(found.isApprox(untouched));
@@ -318,10 +317,10 @@ TEST(EstimateMotion, UnusableMatchesNeverAgree) {
   const FeatureCamera camera = stereoCamera();
   Random random(23);
   std::vector<FeatureMatch> matches = noisyMatches(camera, smallMotion(), 60, 0.5, random);
-  matches[0].before.x() = kNotANumber;
+  matches[0].before.x() = test::kNan;
   matches[1].now.inverse_depth = -1.0;
   matches[2].now.column = std::numeric_limits<double>::infinity();
-  matches[3].covariance(0, 0) = kNotANumber;
+  matches[3].covariance(0, 0) = test::kNan;
   matches[4].before = Vector3(0, 0, -5);
   matches[5].before = Vector3(1e9, 1e9, 1e9);
   const MotionEstimate found = estimateMotion(matches, camera, MotionParams(), random);

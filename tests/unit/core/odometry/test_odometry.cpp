@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "feature_corridor.h"
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/odometry/odometry.h"
 
@@ -253,8 +253,6 @@ TEST_F(OdometryTest, CopiesGoTheirOwnWay) {
 
 // Odometry on features that are wrong, unknown or unusable, and on bad parameters.
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
 TEST_F(OdometryTest, FrozenImagesAreNoMotion) {
   const auto features = world.see(World::poseAt(0.0));
   odometry.update(features);
@@ -319,7 +317,7 @@ TEST_F(OdometryTest, UnusableFeaturesAreLeftOut) {
   const auto first = world.see(World::poseAt(0.0));
   odometry.update(first);
   auto features = world.see(World::poseAt(0.1));
-  features[0].position = Vector3(kUnknown, 0, 1);
+  features[0].position = Vector3(test::kNan, 0, 1);
   features[1].position = Vector3(0, 0, -1);
   features[2].position = Vector3(1e12, 0, 1e12);
   features[4].track = features[3].track;  // one track in two places
@@ -335,7 +333,7 @@ TEST_F(OdometryTest, RefusesWhatIsWrongAndStaysAsItWas) {
   features[0].track = -1;
   EXPECT_THROW(odometry.update(features), InputError);
   PosePrior given;
-  given.T_world_sensor.translation().x() = kUnknown;
+  given.T_world_sensor.translation().x() = test::kNan;
   EXPECT_THROW(odometry.update(world.see(World::poseAt(0.0)), given), InputError);
   EXPECT_THROW(odometry.setStart(given.T_world_sensor), InputError);
   EXPECT_TRUE(odometry.update(world.see(World::poseAt(0.1))).registered);
@@ -348,7 +346,7 @@ TEST(OdometryFaults, RefusesBadParameters) {
     EXPECT_THROW(Odometry{params}, ParameterError);
   };
   refused([](OdometryParams& p) { p.keyframe_translation = 0.0; });
-  refused([](OdometryParams& p) { p.keyframe_rotation = kUnknown; });
+  refused([](OdometryParams& p) { p.keyframe_rotation = test::kNan; });
   refused([](OdometryParams& p) { p.max_landmarks = 1; });
   refused([](OdometryParams& p) { p.jump_distance = 0.0; });
   refused([](OdometryParams& p) { p.jump_inlier_fraction = 2.0; });

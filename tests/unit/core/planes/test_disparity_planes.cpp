@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "depth_scene.h"
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
@@ -16,8 +17,6 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegree = M_PI / 180.0;
-constexpr float kNoDisparity = std::numeric_limits<float>::quiet_NaN();
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
 constexpr double kFocal = 256.0;
@@ -45,7 +44,7 @@ TEST(DisparityPlanes, FindsNoiseFreePlanesExactly) {
   for (int surface = 0; surface < 3; ++surface) {
     std::size_t k = 0;
     EXPECT_GT(recall(scene, set, surface, &k), 0.97);
-    EXPECT_LT(angleBetween(set.planes[k].plane, scene.plane(surface)), 0.3 * kDegree);
+    EXPECT_LT(angleBetween(set.planes[k].plane, scene.plane(surface)), 0.3 * test::kDegree);
     EXPECT_NEAR(set.planes[k].plane.offset, scene.plane(surface).offset, 0.01);
     EXPECT_GT(set.planes[k].plane.offset, 0.0);  // towards the sensor
   }
@@ -60,7 +59,7 @@ TEST(DisparityPlanes, FindsPlanesInStereoNoise) {
     ASSERT_EQ(set.planes.size(), 3U) << noise;
     // Where walls meet, half a pixel of noise mixes ten pixels on either side.
     const double min_recall = noise < 0.4 ? 0.93 : 0.85;
-    const double max_angle = (noise < 0.4 ? 0.8 : 2.0) * kDegree;
+    const double max_angle = (noise < 0.4 ? 0.8 : 2.0) * test::kDegree;
     for (int surface = 0; surface < 3; ++surface) {
       std::size_t k = 0;
       EXPECT_GT(recall(scene, set, surface, &k), min_recall) << noise << " " << surface;
@@ -92,7 +91,7 @@ TEST(DisparityPlanes, MomentsDescribeThePlane) {
   ASSERT_EQ(set.planes.size(), 3U);
   for (const PlaneSegment& segment : set.planes) {
     const PlaneMoments::Fit fit = segment.moments.fit();
-    EXPECT_LT(angleBetween(fit.plane, segment.plane), 0.05 * kDegree);
+    EXPECT_LT(angleBetween(fit.plane, segment.plane), 0.05 * test::kDegree);
     EXPECT_NEAR(fit.rms, segment.rms, 0.05 * segment.rms);
     EXPECT_EQ(segment.moments.weight(), static_cast<double>(segment.inliers.size()));
     Vector3 mean = Vector3::Zero();
@@ -114,7 +113,7 @@ TEST(DisparityPlanes, CovarianceCoversTheError) {
       const Matrix4& covariance = set.planes[k].covariance;
       const double sigma = std::sqrt(covariance(0, 0) + covariance(1, 1) + covariance(2, 2));
       EXPECT_GT(sigma, 0.0);
-      EXPECT_LT(sigma, 5.0 * kDegree);
+      EXPECT_LT(sigma, 5.0 * test::kDegree);
       if (angleBetween(set.planes[k].plane, scene.plane(surface)) > 3.0 * sigma) ++beyond;
     }
   }
@@ -131,7 +130,7 @@ TEST(DisparityPlanes, ParallelPlanesBesideEachOtherStayApart) {
   for (int surface = 0; surface < 2; ++surface) {
     std::size_t k = 0;
     EXPECT_GT(recall(scene, set, surface, &k), 0.95);
-    EXPECT_LT(angleBetween(set.planes[k].plane, scene.plane(surface)), 1.0 * kDegree);
+    EXPECT_LT(angleBetween(set.planes[k].plane, scene.plane(surface)), 1.0 * test::kDegree);
   }
 }
 
@@ -197,7 +196,7 @@ TEST(DisparityPlanes, ImageSizesThatAreNoMultipleOfTiles) {
 }
 
 TEST(DisparityPlanes, HostileInputGivesNoPlaneAndNoCrash) {
-  std::vector<float> xyz(3 * 64 * 48, kNoDisparity);
+  std::vector<float> xyz(3 * 64 * 48, test::kNanFloat);
   const PointsView view(xyz.data(), 64, 48, 3);
   EXPECT_TRUE(findPlanes(view, nullptr, stereo()).planes.empty());
   xyz[0] = xyz[1] = 0.0F;

@@ -6,14 +6,13 @@
 #include <limits>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "plane_scenes.h"
 
 namespace planar_mapping {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 KeyFeature featureAt(const Vector3& position) {
   KeyFeature feature;
@@ -195,7 +194,7 @@ TEST(FeaturePlanes, SkipsAndCountsFeaturesThatAreNotFinite) {
   Corner corner(true);
   const PlaneSet clean =
       segmentPlanes(corner.scene.view(), nullptr, corner.features, smallParams());
-  corner.features.insert(corner.features.begin() + 7, featureAt({kNaN, 0, 1}));
+  corner.features.insert(corner.features.begin() + 7, featureAt({test::kNan, 0, 1}));
   corner.features.push_back(featureAt({0, std::numeric_limits<double>::infinity(), 1}));
   const PlaneSet found =
       segmentPlanes(corner.scene.view(), nullptr, corner.features, smallParams());

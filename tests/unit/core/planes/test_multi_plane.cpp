@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "plane_scenes.h"
@@ -18,7 +19,6 @@
 namespace planar_mapping {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 /// An even grid of side x side points on z = height with corner (x0, y0), 2 cm apart.
@@ -163,7 +163,7 @@ TEST_P(MultiPlane, SubsetByIndexIsSubsetByCopy) {
 TEST_P(MultiPlane, SkipsAndCountsPointsThatAreNotFinite) {
   std::vector<float> xyz;
   addSquare(xyz, 30, 0.0f, 0.0f, 1.0f);
-  for (int i = 0; i < 20; ++i) xyz.insert(xyz.begin(), {kNan, 0.0f, kInf});
+  for (int i = 0; i < 20; ++i) xyz.insert(xyz.begin(), {test::kNanFloat, 0.0f, kInf});
   xyz.insert(xyz.end(), {0.0f, -kInf, 1.0f});
   const PlaneSet set = find(xyz);
   ASSERT_EQ(set.planes.size(), 1u);
@@ -176,7 +176,7 @@ TEST_P(MultiPlane, SkipsAndCountsPointsThatAreNotFinite) {
 TEST_P(MultiPlane, FindsNothingInDegenerateClouds) {
   EXPECT_TRUE(find({}).planes.empty());
   EXPECT_TRUE(find({1.0f, 2.0f, 3.0f}).planes.empty());
-  EXPECT_TRUE(find(std::vector<float>(3000, kNan)).planes.empty());
+  EXPECT_TRUE(find(std::vector<float>(3000, test::kNanFloat)).planes.empty());
   EXPECT_TRUE(find(std::vector<float>(3000, 1.5f)).planes.empty());  // one point 1,000 times
   std::vector<float> line;
   for (int i = 0; i < 500; ++i) {
@@ -269,7 +269,7 @@ TEST(MultiPlaneErrors, RefusesIndicesOutsideTheCloud) {
 TEST(MultiPlaneErrors, RefusesViewsAndSensorsThatCannotBe) {
   const std::vector<float> xyz = {0, 0, 0, 1, 1, 1};
   PointsView view = viewOf(xyz);
-  EXPECT_THROW(findPlanes(view, nullptr, {}, Vector3(kNan, 0, 0)), InputError);
+  EXPECT_THROW(findPlanes(view, nullptr, {}, Vector3(test::kNanFloat, 0, 0)), InputError);
   view.stride = 2;
   EXPECT_THROW(findPlanes(view, nullptr, {}), InputError);
   view = viewOf(xyz);

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "depth_scene.h"
+#include "numbers.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
@@ -14,7 +15,6 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegreeInRadians = M_PI / 180.0;
 constexpr double kNoise = 0.003;  // times z squared
 
 PlaneSet search(const DepthScene& scene) {
@@ -67,7 +67,7 @@ TEST(OrganizedEdges, WhiteNoiseDoesNotTurnPlanes) {
   const PlaneSet set = search(scene);
   EXPECT_EQ(set.planes.size(), static_cast<std::size_t>(kLeaves));
   for (int leaf = 0; leaf < kLeaves; ++leaf)
-    expectFound(scene, set, leaf, 0.95, 0.3 * kDegreeInRadians);
+    expectFound(scene, set, leaf, 0.95, 0.3 * test::kDegree);
 }
 
 /// Leaves of equal width that turn by the same angle from one to the next.
@@ -89,11 +89,11 @@ TEST(OrganizedEdges, FoldsAreCutThatNoiseHidesFromEveryCell) {
   // one's plane, less than the noise of 19 mm.
   constexpr int kLeaves = 6;
   for (const std::uint64_t seed : {5, 6, 7}) {
-    const DepthScene scene = fan(kLeaves, 0.2, 9.0 * kDegreeInRadians, kNoise, seed);
+    const DepthScene scene = fan(kLeaves, 0.2, 9.0 * test::kDegree, kNoise, seed);
     const PlaneSet set = search(scene);
     EXPECT_EQ(set.planes.size(), static_cast<std::size_t>(kLeaves));
     for (int leaf = 0; leaf < kLeaves; ++leaf)
-      expectFound(scene, set, leaf, 0.75, 1.5 * kDegreeInRadians);
+      expectFound(scene, set, leaf, 0.75, 1.5 * test::kDegree);
   }
 }
 
@@ -116,8 +116,8 @@ TEST(OrganizedEdges, NarrowPlaneBetweenTwoOthersKeepsItsEdges) {
     scene.render(kNoise, 0.0, seed);
     const PlaneSet set = search(scene);
     EXPECT_EQ(set.planes.size(), 3U) << seed;
-    for (const int riser : {0, 2}) expectFound(scene, set, riser, 0.95, 0.5 * kDegreeInRadians);
-    expectFound(scene, set, 1, 0.9, 0.3 * kDegreeInRadians);
+    for (const int riser : {0, 2}) expectFound(scene, set, riser, 0.95, 0.5 * test::kDegree);
+    expectFound(scene, set, 1, 0.9, 0.3 * test::kDegree);
   }
 }
 

@@ -9,15 +9,13 @@
 #include <vector>
 
 #include "depth_scene.h"
+#include "numbers.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace {
 
 using namespace test;
-
-constexpr double kOneDegree = M_PI / 180.0;
-constexpr float kNoRange = std::numeric_limits<float>::quiet_NaN();
 
 MultiPlaneParams organized(double distance_threshold = 0.05, int min_inliers = 500) {
   MultiPlaneParams params;
@@ -57,7 +55,7 @@ TEST(OrganizedPlanes, FindsPlanesExactlyAndWithNoiseAndMissingPixels) {
     const PlaneSet set = search(scene, organized());
     ASSERT_EQ(set.planes.size(), 3u);
     for (int surface = 0; surface < 3; ++surface)
-      expectSurfaceFound(scene, set, surface, one.min_recall, one.max_degrees * kOneDegree);
+      expectSurfaceFound(scene, set, surface, one.min_recall, one.max_degrees * test::kDegree);
   }
 }
 
@@ -113,8 +111,8 @@ TEST(OrganizedPlanes, SurvivesFlyingPixels) {
   scene.addFlyingPixels(5);
   const PlaneSet set = search(scene, organized());
   ASSERT_EQ(set.planes.size(), 2u);
-  expectSurfaceFound(scene, set, wall, 0.97, 0.2 * kOneDegree);
-  expectSurfaceFound(scene, set, board, 0.95, 0.3 * kOneDegree);
+  expectSurfaceFound(scene, set, wall, 0.97, 0.2 * test::kDegree);
+  expectSurfaceFound(scene, set, board, 0.95, 0.3 * test::kDegree);
 }
 
 TEST(OrganizedPlanes, KeepsAStepApart) {
@@ -122,7 +120,7 @@ TEST(OrganizedPlanes, KeepsAStepApart) {
   const int low = scene.addPlane({0.0, 0.0, 1.50}, {0.0, 0.0, -1.0});
   const int high = scene.addRectangle({0.3, 0.0, 1.42}, {0.3, 0.0, 0.0}, {0.0, 1.0, 0.0});
   scene.render(0.001, 0.0, 6);
-  expectJust(scene, search(scene, organized(0.02)), low, high, 0.97, 0.2 * kOneDegree);
+  expectJust(scene, search(scene, organized(0.02)), low, high, 0.97, 0.2 * test::kDegree);
 }
 
 TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
@@ -131,7 +129,7 @@ TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
   const int near = scene.addRectangle({-0.5, 0.0, 2.0}, {0.4, 0.0, 0.0}, {0.0, 0.6, 0.0});
   const int far = scene.addRectangle({0.6, 0.0, 2.03}, {0.2, 0.0, 0.0}, {0.0, 0.5, 0.0});
   scene.render(0.0005, 0.0, 6);
-  expectJust(scene, search(scene, organized()), near, far, 0.97, 0.2 * kOneDegree);
+  expectJust(scene, search(scene, organized()), near, far, 0.97, 0.2 * test::kDegree);
 }
 
 TEST(OrganizedPlanes, JoinsWhatTouchesWhereASurfaceBends) {
@@ -150,7 +148,7 @@ TEST(OrganizedPlanes, KeepsPlanesThatTouchAtAnEdge) {
   const int left = scene.addRectangle({-0.5, 0.0, 2.0}, {0.5, 0.0, 0.3}, {0.0, 1.0, 0.0});
   const int right = scene.addRectangle({0.5, 0.0, 2.0}, {0.5, 0.0, -0.3}, {0.0, 1.0, 0.0});
   scene.render(0.001, 0.0, 7);
-  expectJust(scene, search(scene, organized()), left, right, 0.95, 0.3 * kOneDegree);
+  expectJust(scene, search(scene, organized()), left, right, 0.95, 0.3 * test::kDegree);
 }
 
 TEST(OrganizedPlanes, FindsAStripNarrowerThanTwoCells) {
@@ -160,7 +158,7 @@ TEST(OrganizedPlanes, FindsAStripNarrowerThanTwoCells) {
   scene.render(0.0005, 0.0, 8);
   ASSERT_GT(scene.pixelsOf(strip), 2000u);
   const PlaneSet set = search(scene, organized());
-  expectSurfaceFound(scene, set, strip, 0.9, 2.0 * kOneDegree);
+  expectSurfaceFound(scene, set, strip, 0.9, 2.0 * test::kDegree);
 }
 
 TEST(OrganizedPlanes, FindsNoPlaneOnABall) {
@@ -184,7 +182,7 @@ TEST(OrganizedPlanes, FindsNoPlaneAlongAStaircase) {
   scene.render(0.001, 0.0, 21);
   const Vector3 slope = Vector3(0.0, 1.0, 1.0).normalized();
   for (const PlaneSegment& segment : search(scene, organized()).planes) {
-    EXPECT_LT(std::fabs(segment.plane.normal.dot(slope)), std::cos(20.0 * kOneDegree))
+    EXPECT_LT(std::fabs(segment.plane.normal.dot(slope)), std::cos(20.0 * test::kDegree))
         << segment.inliers.size() << " points";
   }
 }
@@ -195,7 +193,7 @@ TEST(OrganizedPlanes, LeavesOutWhatThePlaneCutsOutOfABall) {
   const int ball = scene.addBall({0.0, 0.0, 2.0}, 0.35);
   scene.render(0.001, 0.0, 22);
   const PlaneSet set = search(scene, organized());
-  expectSurfaceFound(scene, set, wall, 0.97, 0.2 * kOneDegree);
+  expectSurfaceFound(scene, set, wall, 0.97, 0.2 * test::kDegree);
   for (const PlaneSegment& segment : set.planes) {
     std::size_t on_ball = 0;
     for (const int i : segment.inliers) on_ball += scene.truth[static_cast<std::size_t>(i)] == ball;
@@ -219,7 +217,7 @@ TEST(OrganizedPlanes, AnyStrideGivesTheSameBytes) {
   scene.render(0.001, 0.1, 12);
   const PlaneSet packed = search(scene, organized());
   for (const std::size_t stride : {4u, 5u, 8u}) {
-    std::vector<float> padded(stride * scene.truth.size(), kNoRange);
+    std::vector<float> padded(stride * scene.truth.size(), test::kNanFloat);
     for (std::size_t i = 0; i < scene.truth.size(); ++i)
       std::copy_n(&scene.xyz[3 * i], 3, &padded[stride * i]);
     expectSameBytes(packed,
@@ -236,7 +234,7 @@ TEST(OrganizedPlanes, SubsetByIndexEqualsSubsetByCopy) {
   }
   const PlaneSet by_index = findPlanes(scene.view(), &indices, organized());
   DepthScene copy = scene;
-  std::fill(copy.xyz.begin(), copy.xyz.end(), kNoRange);
+  std::fill(copy.xyz.begin(), copy.xyz.end(), test::kNanFloat);
   for (const int i : indices) std::copy_n(&scene.xyz[3 * i], 3, &copy.xyz[3 * i]);
   expectSameBytes(by_index, search(copy, organized()));
   EXPECT_EQ(by_index.diagnostics.points_considered, indices.size());
@@ -296,7 +294,7 @@ TEST(OrganizedPlanes, UsesTheNoiseOfAKnownSensor) {
   const PlaneSet set = search(scene, params);
   ASSERT_FALSE(set.planes.empty());
   // Half of the points are farther than d_T from the wall: the band must follow the noise.
-  expectSurfaceFound(scene, set, wall, 0.97, 0.5 * kOneDegree);
+  expectSurfaceFound(scene, set, wall, 0.97, 0.5 * test::kDegree);
 }
 
 TEST(OrganizedPlanes, SaysWhatItDid) {
@@ -322,7 +320,7 @@ TEST(OrganizedPlanes, ImagesOfAnySizeWork) {
     scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});
     scene.render(0.0, 0.0, 18);
     for (const PlaneSegment& segment : search(scene, organized(0.05, 3)).planes)
-      EXPECT_LT(angleBetween(segment.plane, scene.plane(0)), 0.1 * kOneDegree);
+      EXPECT_LT(angleBetween(segment.plane, scene.plane(0)), 0.1 * test::kDegree);
   }
   DepthScene scene(33, 17, 30.0);
   scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});
@@ -339,7 +337,7 @@ TEST(OrganizedPlanes, HostileCoordinatesGiveFiniteResults) {
   const float infinite = std::numeric_limits<float>::infinity();
   Random random(20);
   std::vector<std::vector<float>> clouds;
-  clouds.emplace_back(3 * kSize, kNoRange);
+  clouds.emplace_back(3 * kSize, test::kNanFloat);
   clouds.emplace_back(3 * kSize, infinite);
   clouds.emplace_back(3 * kSize, 1.0F);
   clouds.emplace_back(3 * kSize, 1e9F);
@@ -352,7 +350,7 @@ TEST(OrganizedPlanes, HostileCoordinatesGiveFiniteResults) {
     wild.insert(wild.end(), {even ? huge : -huge, even ? -huge : huge, huge});
     for (int axis = 0; axis < 3; ++axis) {
       const std::uint32_t kind = random.below(8);
-      mixed.push_back(kind == 0 ? kNoRange : kind == 1 ? infinite : kind == 2 ? huge : 1.0F);
+      mixed.push_back(kind == 0 ? test::kNanFloat : kind == 1 ? infinite : kind == 2 ? huge : 1.0F);
     }
   }
   clouds.insert(clouds.end(), {line, far, wild, mixed});

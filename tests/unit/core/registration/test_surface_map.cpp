@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
@@ -16,7 +17,6 @@
 namespace planar_mapping {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr std::uint32_t kColumns = 160;
 constexpr std::uint32_t kRows = 120;
 constexpr double kFocal = 130.0;
@@ -58,7 +58,7 @@ std::vector<float> view(const Pose& T_world_sensor, double noise, Random& random
       const double z = best + noise * best * best * random.normal();
       const bool seen = std::isfinite(best) && best < 6.0;
       for (int axis = 0; axis < 3; ++axis)
-        xyz.push_back(seen ? static_cast<float>(ray[axis] * z) : kNan);
+        xyz.push_back(seen ? static_cast<float>(ray[axis] * z) : test::kNanFloat);
     }
   }
   return xyz;
@@ -340,8 +340,8 @@ TEST(SurfaceMap, TakesAnyCloud) {
   SurfaceMap map(testParams());
   map.insert(PointsView(), kFirst);
   EXPECT_EQ(map.cells(), 0u);
-  const std::vector<float> hostile = {kNan, 0, 0,    0,    0,    0, 1e30F, 1e30F, 1,
-                                      1,    1, 1e9F, 1e9F, 1e9F, 1, 1,     1,     1};
+  const std::vector<float> hostile = {
+      test::kNanFloat, 0, 0, 0, 0, 0, 1e30F, 1e30F, 1, 1, 1, 1e9F, 1e9F, 1e9F, 1, 1, 1, 1};
   map.insert(PointsView(hostile.data(), hostile.size() / 3), kFirst);
   EXPECT_FALSE(map.locate(PointsView(hostile.data(), hostile.size() / 3), kFirst).found);
   EXPECT_FALSE(map.locate(PointsView(), kFirst).found);
@@ -370,7 +370,7 @@ TEST(SurfaceMap, RefusesBadParametersAndPoses) {
   refused([](SurfaceMapParams& p) { p.max_seen_through = 1.5; });
   refused([](SurfaceMapParams& p) { p.search_reach = -1.0; });
   refused([](SurfaceMapParams& p) { p.max_cells = 10; });
-  refused([](SurfaceMapParams& p) { p.optical_axis.x() = kNan; });
+  refused([](SurfaceMapParams& p) { p.optical_axis.x() = test::kNanFloat; });
   SurfaceMap map;
   Pose bad = Pose::Identity();
   bad.translation().x() = std::numeric_limits<double>::quiet_NaN();

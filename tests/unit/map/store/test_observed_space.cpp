@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "map_scene.h"
+#include "numbers.h"
 #include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map.h"
 
@@ -15,8 +15,6 @@ namespace planar_mapping {
 namespace {
 
 using namespace test;
-
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 /// The inside of a hall, walls at x = +-8, y = -1 and 12, z = +-8, and a wall of 2 m x 2 m in it at
 /// y = 4 whose back is at y = 4.2. The camera looks along +y: at depth y it sees |x| < 0.64 y and
@@ -129,7 +127,7 @@ TEST(ObservedSpace, IsNotAlongPixelsWithoutAMeasurement) {
   for (std::size_t i = 0; i < view.xyz.size() / 3; ++i) {
     const std::size_t column = i % 320;
     if (column >= 160 || (column >= 80 && column < 92)) {
-      for (std::size_t k = 0; k < 3; ++k) view.xyz[3 * i + k] = kNone;
+      for (std::size_t k = 0; k < 3; ++k) view.xyz[3 * i + k] = test::kNanFloat;
     }
   }
   view.planes.clear();
@@ -147,8 +145,10 @@ TEST(ObservedSpace, IsNotAlongPixelsWithoutAMeasurement) {
   EXPECT_GT(free, 80);
   // Scattered pixels without a measurement take nothing away.
   View scattered = Hall().view();
-  for (std::size_t i = 0; i < scattered.xyz.size() / 3; i += 3) scattered.xyz[3 * i] = kNone;
-  for (std::size_t i = 0; i < scattered.xyz.size() / 3; i += 3) scattered.xyz[3 * i + 2] = kNone;
+  for (std::size_t i = 0; i < scattered.xyz.size() / 3; i += 3)
+    scattered.xyz[3 * i] = test::kNanFloat;
+  for (std::size_t i = 0; i < scattered.xyz.size() / 3; i += 3)
+    scattered.xyz[3 * i + 2] = test::kNanFloat;
   scattered.planes.clear();
   PlanarMap other;
   other.insert(scattered.frame());

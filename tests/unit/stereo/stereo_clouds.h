@@ -18,12 +18,11 @@
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/stereo/stereo_matcher.h"
+#include "numbers.h"
 #include "real_data.h"
 
 // Clouds of real pairs, their planes and ground: our own matching, default parameters.
 namespace planar_mapping::test {
-
-inline constexpr double kDegree = M_PI / 180.0;
 
 /// A cloud with the noise of its camera.
 struct Cloud {
