@@ -87,8 +87,8 @@ struct Circle {
 /// of 8, in which they add up to most.
 double dominantAngle(const std::uint32_t* sums, int stride, const BlobPoint& point, int scale) {
   constexpr int kParts = 90;
-  constexpr int kStep = 2;    // parts between sectors
-  constexpr int kWidth = 15;  // parts of a sector
+  constexpr int kSectorStep = 2;  // parts between sectors
+  constexpr int kWidth = 15;      // parts of a sector
   static const Circle circle;
   std::array<float, kInCircle> x, y, angles;
   const double step = scale;
@@ -118,13 +118,13 @@ double dominantAngle(const std::uint32_t* sums, int stride, const BlobPoint& poi
   for (int part = 0; part < kWidth; ++part) add(part, 1.0);
   double longest = 0.0;
   double angle = 0.0;
-  for (int first = 0; first < kParts; first += kStep) {
+  for (int first = 0; first < kParts; first += kSectorStep) {
     const double length = sector.x * sector.x + sector.y * sector.y;
     if (length > longest) {
       longest = length;
       angle = std::atan2(sector.y, sector.x);
     }
-    for (int k = 0; k < kStep; ++k) {
+    for (int k = 0; k < kSectorStep; ++k) {
       add(first + k, -1.0);
       add(first + kWidth + k, 1.0);
     }
