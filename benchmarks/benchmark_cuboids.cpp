@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

@@ -20,8 +20,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "planar_mapping/pipeline/stage_table.h"

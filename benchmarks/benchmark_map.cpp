@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map.h"
 

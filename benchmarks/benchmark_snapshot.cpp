@@ -5,9 +5,9 @@
 #include <benchmark/benchmark.h>
 
 #include "../tests/render/scenes.h"
-#include "planar_mapping/visualization/picking.h"
-#include "planar_mapping/visualization/projection_2d.h"
-#include "planar_mapping/visualization/snapshot.h"
+#include "planar_mapping/viewer/scene/picking.h"
+#include "planar_mapping/viewer/drawing/projection_2d.h"
+#include "planar_mapping/viewer/snapshot.h"
 
 namespace {
 

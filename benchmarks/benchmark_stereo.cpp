@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/stereo/feature_tracker.h"
+#include "planar_mapping/stereo/features/feature_tracker.h"
 #include "planar_mapping/stereo/rectification.h"
-#include "planar_mapping/stereo/stereo_matcher.h"
+#include "planar_mapping/stereo/matching/stereo_matcher.h"
 #include "stereo_images.h"
 
 namespace {

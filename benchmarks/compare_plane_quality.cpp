@@ -17,8 +17,8 @@
 
 #include "labelled_clouds.h"
 #include "peer_planes.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "evaluation/plane_quality.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "evaluation/metrics/plane_quality.h"
 
 namespace {
 

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/simulated_features.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "evaluation/metrics/simulated_features.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "evaluation/simulation/simulation.h"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "peer_pcl.h"
-#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/geometry/plane.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 #include "plane_scenes.h"
 

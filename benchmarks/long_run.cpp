@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "pipeline_frames.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/stage_table.h"
 

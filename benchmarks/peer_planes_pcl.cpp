@@ -16,8 +16,8 @@
 
 #include "peer_pcl.h"
 #include "peer_planes.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/geometry/detail/plane_moments.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/plane_moments.h"
 
 namespace {
 

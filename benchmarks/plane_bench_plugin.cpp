@@ -6,8 +6,8 @@
 #include <chrono>
 #include <iterator>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace {
 

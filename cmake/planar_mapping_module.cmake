@@ -1,11 +1,11 @@
-# One call makes a module: its library, its alias, its flags and what is installed of it.
+# One call makes a module: its library, its alias and its flags. Its rooms add sources and headers.
 #
-#   planar_mapping_module(NAME core SOURCES src/a.cpp ... PUBLIC Eigen3::Eigen PRIVATE Threads::Threads
-#                         PRECOMPILE <Eigen/Geometry>)
+#   planar_mapping_module(NAME core PUBLIC Eigen3::Eigen PRIVATE Threads::Threads PRECOMPILE <Eigen/Geometry>)
+#   planar_mapping_room(core SOURCES a.cpp ... HEADERS a.h ...)        # HEADERS: what is installed
 #
-# Without PRECOMPILE the module uses the precompiled header of core.
-# Headers are taken from include/. Modules are exported as planar_mapping::NAME. COMPONENT is the install component of
-# the library, runtime if it is not given.
+# Without PRECOMPILE the module uses the precompiled header of core. Modules are exported as planar_mapping::NAME.
+# COMPONENT is the install component of the library, runtime if it is not given. A PCL module, which is laid out as
+# PCL's are, names its sources and keeps its headers below include/.
 set_property(GLOBAL PROPERTY PLANAR_MAPPING_MODULES "")
 
 # What is installed finds our libraries by its own place: it runs with an empty environment, wherever it is moved.
@@ -71,24 +71,48 @@ function(planar_mapping_module)
   # A product and a sum stay two operations: only some processors can fuse them, and maps are the same on all.
   # Libraries alone compute maps.
   target_compile_options(${target} PRIVATE -ffp-contract=off -fno-semantic-interposition)
-  target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
-  target_include_directories(${target} PUBLIC
-    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
-    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  if(ARG_SOURCES)
+    target_include_directories(${target} PUBLIC
+      $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+      $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+    install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+  endif()
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   if(ARG_PRECOMPILE)
     target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
   else()
     target_precompile_headers(${target} REUSE_FROM planar_mapping_core)
   endif()
-  install(TARGETS ${target} EXPORT planar_mapping_${ARG_NAME}_targets
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${ARG_COMPONENT} NAMELINK_COMPONENT development
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src)
+  planar_mapping_install_module(${ARG_NAME} ${ARG_COMPONENT})
+endfunction()
+
+function(planar_mapping_install_module name component)
+  install(TARGETS planar_mapping_${name} EXPORT planar_mapping_${name}_targets
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component} NAMELINK_COMPONENT development
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
-    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${ARG_COMPONENT})
-  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
-  install(EXPORT planar_mapping_${ARG_NAME}_targets NAMESPACE planar_mapping::
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${component}
+    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+  install(EXPORT planar_mapping_${name}_targets NAMESPACE planar_mapping::
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/planar_mapping COMPONENT development)
-  set_property(GLOBAL APPEND PROPERTY PLANAR_MAPPING_MODULES ${ARG_NAME})
+  set_property(GLOBAL APPEND PROPERTY PLANAR_MAPPING_MODULES ${name})
+endfunction()
+
+# What a room, which is the calling folder, adds to a module.
+function(planar_mapping_room module)
+  cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS" ${ARGN})
+  set(target planar_mapping_${module})
+  list(TRANSFORM ARG_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  list(TRANSFORM ARG_HEADERS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  if(ARG_SOURCES)
+    target_sources(${target} PRIVATE ${ARG_SOURCES})
+  endif()
+  set(scope PUBLIC)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "INTERFACE_LIBRARY")
+    set(scope INTERFACE)
+  endif()
+  target_sources(${target} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
 endfunction()
 
 # An executable of ours: a tool, an example, a test or a benchmark.

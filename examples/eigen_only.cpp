@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/map/planar_map.h"
 
 int main() {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "commands.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/plugin.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "commands.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/io/map_export.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
 
 namespace planar_mapping::tools {

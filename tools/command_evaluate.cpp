@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "evaluation/evaluation_run.h"
+#include "evaluation/runs/evaluation_run.h"
 #include "frame_command.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/geometry/detail/angles.h"
-#include "planar_mapping/evaluation/octree_grid.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/angles.h"
+#include "evaluation/baselines/octree_grid.h"
 #include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "commands.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/map/map_query.h"

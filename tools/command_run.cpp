@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "frame_command.h"
-#include "planar_mapping/core/base/detail/spelling.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/spelling.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/runner.h"

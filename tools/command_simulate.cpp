@@ -7,10 +7,10 @@
 #include <memory>
 
 #include "frame_command.h"
-#include "planar_mapping/core/base/detail/spelling.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/geometry/detail/angles.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/base/spelling.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/angles.h"
+#include "evaluation/simulation/simulation.h"
 
 namespace planar_mapping::tools {
 namespace {

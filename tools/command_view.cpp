@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "commands.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::tools {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/base/types.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/map/planar_map.h"
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "commands.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "unknown_words.h"
 

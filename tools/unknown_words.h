@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/spelling.h"
+#include "planar_mapping/base/spelling.h"
 
 namespace planar_mapping::tools {
 

@@ -22,8 +22,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/occupancy/kl_occupancy.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/beliefs/kl_occupancy.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"

@@ -27,7 +27,7 @@
 #include "gmm_map/map.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/map_file.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/io/layouts/sequence.h"
 
 namespace fs = std::filesystem;
 namespace pm = planar_mapping;

@@ -16,11 +16,11 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/image_renderer.h"
-#include "planar_mapping/evaluation/ray_caster.h"
-#include "planar_mapping/evaluation/scene.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "evaluation/simulation/image_renderer.h"
+#include "evaluation/simulation/ray_caster.h"
+#include "evaluation/simulation/scene.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/depth_image.h"

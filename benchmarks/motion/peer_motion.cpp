@@ -14,8 +14,8 @@
 #include <opencv2/video/tracking.hpp>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/io/layouts/sequence.h"
 
 namespace {
 

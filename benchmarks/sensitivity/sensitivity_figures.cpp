@@ -19,15 +19,15 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/plane_quality.h"
-#include "evaluation/simulated_features.h"
+#include "evaluation/metrics/plane_quality.h"
+#include "evaluation/metrics/simulated_features.h"
 #include "labelled_clouds.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/geometry/cloud_scale.h"
-#include "planar_mapping/core/ground/detail/upright.h"
-#include "planar_mapping/core/ground/ground.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/geometry/cloud_scale.h"
+#include "planar_mapping/ground/upright.h"
+#include "planar_mapping/ground/ground.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "evaluation/simulation/simulation.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 // A stage compiled into a program of your own: own_stage CLOUD.pcd DIR
 #include <iostream>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "range_limit.h"
 

@@ -22,8 +22,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/io/map_export.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
 
 using namespace planar_mapping;

@@ -16,9 +16,9 @@
 #include <vector>
 #include <visualization_msgs/msg/marker_array.hpp>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/map_file.h"
-#include "planar_mapping/io/occupancy_grid.h"
+#include "planar_mapping/io/export/occupancy_grid.h"
 
 namespace {
 

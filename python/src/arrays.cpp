@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::python {
 namespace {

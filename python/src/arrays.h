@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/camera.h"
-#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/base/types.h"
+#include "planar_mapping/geometry/camera.h"
+#include "planar_mapping/geometry/cuboid.h"
 #include "planar_mapping/map/planar_map.h"
 
 // NumPy arrays as our types, and back. What is read in place is kept alive by the object that

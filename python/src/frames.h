@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/surface/mapping_input.h"
 
 // Frames into a map, as segment(), approximate(), insert() and insert_depth() have them in common.

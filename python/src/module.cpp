@@ -6,7 +6,7 @@
 #include <string>
 
 #include "arrays.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::python {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 
 namespace planar_mapping {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli_fixture.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "evaluation/simulation/simulation.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"
 

@@ -5,7 +5,7 @@
 #include <pcl/point_types.h>
 
 #include "cli_fixture.h"
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"

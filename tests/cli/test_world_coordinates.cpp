@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli_fixture.h"
-#include "planar_mapping/core/base/detail/crc32.h"
+#include "planar_mapping/base/crc32.h"
 
 namespace planar_mapping {
 namespace {

@@ -11,7 +11,7 @@
 #include <type_traits>
 
 #include "contract_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::test {
 

@@ -11,7 +11,7 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::test {
 

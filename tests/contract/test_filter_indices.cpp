@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "contract_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 

@@ -8,7 +8,7 @@
 #include <type_traits>
 
 #include "numbers.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"

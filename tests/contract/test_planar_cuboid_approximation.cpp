@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "class_contract.h"
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
 #include "planar_mapping/surface/planar_mapping.h"
 

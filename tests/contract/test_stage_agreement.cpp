@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "pipeline_frames.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/pipeline/sequence_source.h"

@@ -6,7 +6,7 @@
 #include <assimp/Importer.hpp>
 #include <functional>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "export_scene.h"
 
 namespace planar_mapping {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // What of a map made by hand is floor in a plan, obstacle or drop.
-#include "export/floors.h"
+#include "planar_mapping/io/export/floors.h"
 
 #include <algorithm>
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <memory>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "export_scene.h"
 #include "map_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "run_program.h"
 
 namespace planar_mapping {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Octrees that would not fit the memory meant for them.
 #include "export_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

@@ -9,7 +9,7 @@
 #include <algorithm>
 
 #include "export_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 struct MapPoint {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A PNG, whose checksums are mended here, a JPEG, PGM or PPM.
 #include "fuzz.h"
-#include "planar_mapping/core/base/detail/crc32.h"
+#include "planar_mapping/base/crc32.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A data-set folder: for each file a byte for its name, two for its size, and its content.
 #include "fuzz.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/io/layouts/sequence.h"
 
 using namespace planar_mapping;
 

@@ -5,7 +5,7 @@
 #include <zstd.h>
 
 #include "fuzz.h"
-#include "planar_mapping/core/base/detail/crc32.h"
+#include "planar_mapping/base/crc32.h"
 #include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map.h"
 

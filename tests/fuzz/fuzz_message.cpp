@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A message of the front-end protocol: a byte for what is read of it, then its body.
 #include "fuzz.h"
-#include "message.h"
+#include "planar_mapping/transport/message.h"
 
 using namespace planar_mapping;
 using namespace planar_mapping::transport;

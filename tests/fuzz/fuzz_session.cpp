@@ -7,7 +7,7 @@
 #include <future>
 
 #include "fuzz.h"
-#include "message.h"
+#include "planar_mapping/transport/message.h"
 #include "planar_mapping/transport/frame_listener.h"
 #include "transport_frames.h"
 

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "evaluation/simulation/simulation.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

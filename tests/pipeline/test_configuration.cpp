@@ -6,7 +6,7 @@
 
 #include <sstream>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 
 namespace planar_mapping {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/evaluation/trajectory_error.h"
+#include "planar_mapping/localization/trajectory_error.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "real_run.h"
 #include "temporary_directory.h"

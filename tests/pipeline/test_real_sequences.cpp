@@ -8,7 +8,7 @@
 #include <map>
 #include <vector>
 
-#include "planar_mapping/evaluation/trajectory_error.h"
+#include "planar_mapping/localization/trajectory_error.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "real_run.h"
 

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline_frames.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "temporary_directory.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping {

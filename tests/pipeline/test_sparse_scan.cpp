@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "pipeline_frames.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/io/occupancy_grid.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/io/export/occupancy_grid.h"
 
 namespace planar_mapping {
 namespace {

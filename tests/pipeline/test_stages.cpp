@@ -10,8 +10,8 @@
 
 #include "cli_fixture.h"
 #include "pipeline_frames.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
 #include "ring_scan.h"
 
 namespace planar_mapping {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "patch_scene.h"
 
 namespace planar_mapping {

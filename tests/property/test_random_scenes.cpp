@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "map_scene.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/map_query.h"
 
 namespace planar_mapping {

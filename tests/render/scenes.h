@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/visualization/scene_content.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/viewer/scene/scene_content.h"
 
 /// Content made by hand for the tests, benchmarks and pictures of the viewer.
 namespace planar_mapping::testing {

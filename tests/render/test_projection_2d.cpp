@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/visualization/projection_2d.h"
+#include "planar_mapping/viewer/drawing/projection_2d.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "evaluation/cuboid_geometry.h"
-#include "planar_mapping/core/base/error.h"
+#include "evaluation/metrics/cuboid_geometry.h"
+#include "planar_mapping/base/error.h"
 #include "scenes.h"
 
 namespace planar_mapping {

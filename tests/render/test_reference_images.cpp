@@ -6,8 +6,8 @@
 
 #include <cstdlib>
 
-#include "planar_mapping/visualization/projection_2d.h"
-#include "planar_mapping/visualization/snapshot.h"
+#include "planar_mapping/viewer/drawing/projection_2d.h"
+#include "planar_mapping/viewer/snapshot.h"
 #include "scenes.h"
 
 namespace planar_mapping {

@@ -6,10 +6,10 @@
 #include <cstdlib>
 
 #include "comma_locale.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/visualization/camera.h"
-#include "planar_mapping/visualization/picking.h"
-#include "planar_mapping/visualization/snapshot.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/viewer/scene/camera.h"
+#include "planar_mapping/viewer/scene/picking.h"
+#include "planar_mapping/viewer/snapshot.h"
 #include "scenes.h"
 
 namespace planar_mapping {

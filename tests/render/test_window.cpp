@@ -6,10 +6,10 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/visualization/picking.h"
-#include "planar_mapping/visualization/snapshot.h"
-#include "planar_mapping/visualization/window.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/viewer/scene/picking.h"
+#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/window.h"
 #include "scenes.h"
 #include "x_server.h"
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "run_program.h"
 #include "temporary_directory.h"
 

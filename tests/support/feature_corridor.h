@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/odometry/odometry.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/localization/odometry/odometry.h"
 
 namespace planar_mapping::test {
 

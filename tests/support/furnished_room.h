@@ -9,9 +9,9 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/types.h"
+#include "planar_mapping/geometry/plane.h"
 
 namespace planar_mapping::test {
 

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "evaluation/plane_quality.h"
+#include "evaluation/metrics/plane_quality.h"
 #include "furnished_room.h"
-#include "planar_mapping/core/base/types.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/base/types.h"
+#include "evaluation/simulation/simulation.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/depth_image.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::test {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/geometry/camera.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/geometry/camera.h"
 
 namespace planar_mapping::test {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "noisy_sequence.h"
-#include "planar_mapping/core/occupancy/kl_occupancy.h"
+#include "planar_mapping/beliefs/kl_occupancy.h"
 
 namespace planar_mapping::test {
 

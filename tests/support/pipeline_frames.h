@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/evaluation/simulation.h"
+#include "evaluation/simulation/simulation.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping::test {

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/plane.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/types.h"
+#include "planar_mapping/geometry/plane.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping::test {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/types.h"
 
 namespace planar_mapping::test {
 

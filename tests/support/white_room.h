@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pipeline_frames.h"
-#include "planar_mapping/stereo/stereo_matcher.h"
+#include "planar_mapping/stereo/matching/stereo_matcher.h"
 
 namespace planar_mapping::test {
 

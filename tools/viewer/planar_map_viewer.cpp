@@ -12,14 +12,14 @@
 
 #include "../commands.h"
 #include "../unknown_words.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
-#include "planar_mapping/visualization/projection_2d.h"
-#include "planar_mapping/visualization/scene_content.h"
-#include "planar_mapping/visualization/snapshot.h"
-#include "planar_mapping/visualization/window.h"
+#include "planar_mapping/viewer/drawing/projection_2d.h"
+#include "planar_mapping/viewer/scene/scene_content.h"
+#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/window.h"
 namespace planar_mapping::tools {
 namespace {
 

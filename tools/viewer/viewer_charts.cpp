@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "../commands.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
-#include "planar_mapping/visualization/charts.h"
+#include "planar_mapping/viewer/drawing/charts.h"
 
 namespace planar_mapping::tools {
 namespace {

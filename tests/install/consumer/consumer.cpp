@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"

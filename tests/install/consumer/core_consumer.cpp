@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdio>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/occupancy/occupancy.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/beliefs/occupancy.h"
 
 int main() {
   try {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/cuboid_distance.h"
+#include "planar_mapping/map/cuboids/cuboid_distance.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <limits>
 
-#include "evaluation/cuboid_geometry.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/map_metrics.h"
+#include "evaluation/metrics/cuboid_geometry.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "evaluation/metrics/map_metrics.h"
 
 namespace planar_mapping::evaluation {
 namespace {

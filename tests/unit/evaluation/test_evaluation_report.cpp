@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/evaluation_report.h"
-#include "planar_mapping/evaluation/trajectory_error.h"
+#include "planar_mapping/base/error.h"
+#include "evaluation/metrics/evaluation_report.h"
+#include "planar_mapping/localization/trajectory_error.h"
 
 namespace planar_mapping::evaluation {
 namespace {

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "evaluation/plane_quality.h"
+#include "evaluation/metrics/plane_quality.h"
 #include "labelled_clouds.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace {

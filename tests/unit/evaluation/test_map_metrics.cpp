@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/map_metrics.h"
+#include "evaluation/metrics/map_metrics.h"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,11 @@
 #include <set>
 #include <tuple>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "numbers.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/grid_cell.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "evaluation/baselines/grid_cell.h"
 
 namespace planar_mapping::evaluation {
 namespace {

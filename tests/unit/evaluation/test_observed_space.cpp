@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "box_scene.h"
-#include "planar_mapping/core/geometry/camera.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/octree_grid.h"
-#include "planar_mapping/evaluation/rectangular_approximation.h"
-#include "planar_mapping/evaluation/simulation.h"
-#include "planar_mapping/evaluation/standard_grid.h"
-#include "planar_mapping/evaluation/surface_truth.h"
+#include "planar_mapping/geometry/camera.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "evaluation/baselines/octree_grid.h"
+#include "evaluation/baselines/rectangular_approximation.h"
+#include "evaluation/simulation/simulation.h"
+#include "evaluation/baselines/standard_grid.h"
+#include "evaluation/metrics/surface_truth.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::evaluation {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/octree_grid.h"
+#include "evaluation/baselines/octree_grid.h"
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -12,8 +12,8 @@
 #endif
 
 #include "numbers.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::evaluation {
 namespace {

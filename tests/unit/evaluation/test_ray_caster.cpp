@@ -7,10 +7,10 @@
 #include <map>
 #include <set>
 
-#include "evaluation/simulated_features.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/ray_caster.h"
+#include "evaluation/metrics/simulated_features.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "evaluation/simulation/ray_caster.h"
 
 namespace planar_mapping::evaluation {
 namespace {

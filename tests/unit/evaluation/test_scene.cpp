@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/scene.h"
+#include "evaluation/simulation/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <set>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/ray_caster.h"
+#include "planar_mapping/base/error.h"
+#include "evaluation/simulation/ray_caster.h"
 
 namespace planar_mapping::evaluation {
 namespace {

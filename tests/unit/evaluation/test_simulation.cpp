@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/simulation.h"
+#include "evaluation/simulation/simulation.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <cstring>
 #include <filesystem>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping::evaluation {

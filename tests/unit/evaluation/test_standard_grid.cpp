@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/standard_grid.h"
+#include "evaluation/baselines/standard_grid.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <tuple>
 
 #include "numbers.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::evaluation {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "ground_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "temporary_directory.h"
 

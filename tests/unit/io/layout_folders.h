@@ -8,10 +8,10 @@
 #include <fstream>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping::io {

@@ -13,7 +13,7 @@
 #include <fstream>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping::io {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "numbers.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 #include "temporary_directory.h"

@@ -4,7 +4,7 @@
 #include <ctime>
 
 #include "layout_folders.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::io {
 namespace {

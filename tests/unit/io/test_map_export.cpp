@@ -14,8 +14,8 @@
 #include "cloud_file_fixture.h"
 #include "comma_locale.h"
 #include "map_scene.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/io/map_export.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
 #include "temporary_directory.h"
 

@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "map_scene.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <vector>
 
-#include "advice/leaning_floor.h"
-#include "advice/watches.h"
+#include "planar_mapping/pipeline/advice/leaning_floor.h"
+#include "planar_mapping/pipeline/advice/watches.h"
 #include "map_scene.h"
 #include "numbers.h"
-#include "planar_mapping/core/geometry/camera.h"
+#include "planar_mapping/geometry/camera.h"
 #include "ring_scan.h"
 
 namespace planar_mapping::detail {

@@ -8,10 +8,10 @@
 #include <fstream>
 #include <set>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/output.h"
-#include "run_statistics.h"
+#include "planar_mapping/pipeline/run_statistics.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping::detail {

@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/ground/ground.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/ground/ground.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
-#include "planar_mapping/stereo/stereo_matcher.h"
+#include "planar_mapping/stereo/matching/stereo_matcher.h"
 #include "numbers.h"
 #include "real_data.h"
 

@@ -9,10 +9,10 @@
 
 #include "boxes_seen.h"
 #include "numbers.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/stereo/cloud_features.h"
-#include "planar_mapping/stereo/detail/colour_registration.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/stereo/features/cloud_features.h"
+#include "planar_mapping/stereo/features/colour_registration.h"
 #include "planar_mapping/stereo/disparity_image.h"
 
 namespace planar_mapping::detail {

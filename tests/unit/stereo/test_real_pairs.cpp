@@ -17,14 +17,14 @@
 
 #include "feature_corridor.h"
 #include "pipeline_frames.h"
-#include "planar_mapping/core/odometry/odometry.h"
-#include "planar_mapping/evaluation/trajectory_error.h"
+#include "planar_mapping/localization/odometry/odometry.h"
+#include "planar_mapping/localization/trajectory_error.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"
-#include "planar_mapping/stereo/feature_tracker.h"
-#include "planar_mapping/stereo/stereo_matcher.h"
+#include "planar_mapping/stereo/features/feature_tracker.h"
+#include "planar_mapping/stereo/matching/stereo_matcher.h"
 #include "real_data.h"
 
 namespace planar_mapping {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "stereo_images.h"
 
 namespace planar_mapping {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "boxes_seen.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/stage_table.h"
 #include "planar_mapping/stereo/rectification.h"
 #include "stereo_images.h"

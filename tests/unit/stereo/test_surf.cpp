@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "features/feature_detection.h"
+#include "planar_mapping/stereo/features/feature_detection.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/stereo/detail/view_map.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/localization/views/view_map.h"
 #include "stereo_images.h"
 
 namespace planar_mapping {

@@ -14,7 +14,7 @@
 
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
-#include "planar_mapping/stereo/stereo_matcher.h"
+#include "planar_mapping/stereo/matching/stereo_matcher.h"
 #include "white_room.h"
 
 namespace planar_mapping {

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/surface/cuboid_mesh.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
 

@@ -8,7 +8,7 @@
 
 #include "numbers.h"
 #include "patch_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/surface/planar_mapping.h"
 
 namespace planar_mapping {

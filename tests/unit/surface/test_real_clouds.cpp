@@ -12,9 +12,9 @@
 #include <tuple>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cloud_scale.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/geometry/cloud_scale.h"
+#include "planar_mapping/planes/multi_plane.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/map/planar_map.h"
 #include "real_data.h"
 

@@ -4,8 +4,8 @@
 
 #include <fstream>
 
-#include "message.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/transport/message.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/front_end_source.h"
 #include "planar_mapping/transport/endpoint.h"
 #include "temporary_directory.h"

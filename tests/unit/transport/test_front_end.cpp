@@ -7,7 +7,7 @@
 #include <chrono>
 #include <thread>
 
-#include "message.h"
+#include "planar_mapping/transport/message.h"
 #include "tcp_peer.h"
 #include "temporary_directory.h"
 #include "transport_session.h"

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/pipeline/frame.h"
 
 namespace planar_mapping {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/transport/frame_listener.h"
 #include "planar_mapping/transport/front_end.h"
 #include "transport_frames.h"

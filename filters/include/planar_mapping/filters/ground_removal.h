@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/state_archive.h"
-#include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/ground/ground.h"
+#include "planar_mapping/base/state_archive.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/ground/ground.h"
 #include "planar_mapping/filters/detail/point_filter.h"
 #include "planar_mapping/pcl/point_types.h"
 

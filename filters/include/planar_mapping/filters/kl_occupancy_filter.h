@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/occupancy/kl_occupancy.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/beliefs/kl_occupancy.h"
 #include "planar_mapping/filters/detail/point_filter.h"
 #include "planar_mapping/pcl/point_types.h"
 

@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/geometry/cuboid.h"
 
 namespace planar_mapping {
 

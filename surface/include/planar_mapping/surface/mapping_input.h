@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/geometry/cuboid.h"
 #include "planar_mapping/pcl/point_types.h"
 #include "planar_mapping/surface/mapping_input.h"
 

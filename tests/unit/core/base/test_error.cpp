@@ -17,14 +17,14 @@
 #include <vector>
 
 #include "numbers.h"
-#include "planar_mapping/core/base/detail/gather_points.h"
-#include "planar_mapping/core/base/detail/parallel.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/detail/spelling.h"
-#include "planar_mapping/core/base/detail/state_archive.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/camera.h"
+#include "planar_mapping/base/gather_points.h"
+#include "planar_mapping/base/parallel.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/spelling.h"
+#include "planar_mapping/base/state_archive.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/types.h"
+#include "planar_mapping/geometry/camera.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Bits are dealt with by words; here each answer is compared with that of cell by cell.
-#include "cuboids/cover/bit_grid.h"
+#include "planar_mapping/cuboids/cover/bit_grid.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::detail {
 namespace {

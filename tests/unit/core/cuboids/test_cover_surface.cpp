@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "planar_mapping/cuboids/compact_cover.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
-#include "evaluation/cuboid_geometry.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
+#include "evaluation/metrics/cuboid_geometry.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

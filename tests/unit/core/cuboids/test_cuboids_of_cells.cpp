@@ -9,11 +9,11 @@
 #include <set>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
-#include "planar_mapping/core/cuboids/detail/compact_cover.h"
-#include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/cuboids/cuboid_approximation.h"
+#include "planar_mapping/cuboids/compact_cover.h"
+#include "planar_mapping/cuboids/raster/plane_raster.h"
 
 namespace planar_mapping {
 namespace {

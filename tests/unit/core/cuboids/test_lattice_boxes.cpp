@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboids/cover/lattice_boxes.h"
+#include "planar_mapping/cuboids/cover/lattice_boxes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "cuboids/cover/lattice_cover.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/cuboids/cover/lattice_cover.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::detail {
 namespace {

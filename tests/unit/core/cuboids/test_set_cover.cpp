@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "cuboids/cover/set_cover.h"
-#include "evaluation/cuboid_geometry.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/cuboids/detail/compact_cover.h"
-#include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
+#include "planar_mapping/cuboids/cover/set_cover.h"
+#include "evaluation/metrics/cuboid_geometry.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/cuboids/compact_cover.h"
+#include "planar_mapping/cuboids/raster/plane_raster.h"
 
 namespace planar_mapping::detail {
 namespace {

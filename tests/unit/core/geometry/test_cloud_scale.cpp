@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "numbers.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

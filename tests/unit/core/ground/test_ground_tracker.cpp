@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "numbers.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/ground/detail/upright.h"
-#include "planar_mapping/core/ground/ground.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/ground/upright.h"
+#include "planar_mapping/ground/ground.h"
 
 namespace planar_mapping {
 namespace {

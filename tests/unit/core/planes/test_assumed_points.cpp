@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/planes/detail/assumed_points.h"
+#include "planar_mapping/planes/assumed/assumed_points.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

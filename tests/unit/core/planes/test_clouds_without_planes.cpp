@@ -8,8 +8,8 @@
 #include <functional>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace {

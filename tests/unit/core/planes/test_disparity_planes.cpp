@@ -9,8 +9,8 @@
 
 #include "depth_scene.h"
 #include "numbers.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "numbers.h"
-#include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "plane_scenes.h"
 
 namespace planar_mapping {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "plane_scenes.h"
 
 namespace planar_mapping {

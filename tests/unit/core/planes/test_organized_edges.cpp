@@ -8,7 +8,7 @@
 
 #include "depth_scene.h"
 #include "numbers.h"
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "plane_scenes.h"
 
 namespace planar_mapping {

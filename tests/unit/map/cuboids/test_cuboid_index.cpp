@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "box_scene.h"
-#include "evaluation/cuboid_geometry.h"
-#include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/map/cuboids/detail/cuboid_index.h"
+#include "evaluation/metrics/cuboid_geometry.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/map/cuboids/cuboid_index.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::detail {

@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "hostile_map_file.h"
 #include "map_scene.h"
 #include "noisy_sequence.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/map_query.h"
 
 namespace planar_mapping {

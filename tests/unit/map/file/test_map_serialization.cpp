@@ -9,7 +9,7 @@
 
 #include "hostile_map_file.h"
 #include "map_scene.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "noisy_sequence.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 #include "ring_scan.h"
 

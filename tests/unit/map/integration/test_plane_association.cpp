@@ -9,7 +9,7 @@
 
 #include "map_scene.h"
 #include "map_walk.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

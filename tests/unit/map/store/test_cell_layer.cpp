@@ -10,11 +10,11 @@
 #include <tuple>
 #include <vector>
 
-#include "evaluation/cuboid_geometry.h"
+#include "evaluation/metrics/cuboid_geometry.h"
 #include "noisy_sequence.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
-#include "store/cell_layer.h"
+#include "planar_mapping/map/store/cell_layer.h"
 
 namespace planar_mapping::detail {
 namespace {

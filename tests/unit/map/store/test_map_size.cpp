@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

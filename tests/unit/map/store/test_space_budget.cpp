@@ -11,12 +11,12 @@
 #include <tuple>
 #include <vector>
 
-#include "integration/frame.h"
+#include "planar_mapping/map/integration/frame.h"
 #include "map_scene.h"
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
-#include "sensor/depth_image.h"
-#include "store/unknown_space.h"
+#include "planar_mapping/map/sensor/depth_image.h"
+#include "planar_mapping/map/store/unknown_space.h"
 
 namespace planar_mapping {
 namespace {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whatever happens to the cells of a raster, and whenever it is committed, it holds what a plain
 // map of cells would.
-#include "store/tile_raster.h"
+#include "planar_mapping/map/store/tile_raster.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <map>
 #include <utility>
 
-#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::detail {
 namespace {

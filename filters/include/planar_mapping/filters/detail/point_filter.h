@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/base/types.h"
 
 namespace planar_mapping::detail {
 

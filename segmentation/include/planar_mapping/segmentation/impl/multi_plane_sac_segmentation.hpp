@@ -4,7 +4,7 @@
 
 #include <pcl/impl/pcl_base.hpp>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"

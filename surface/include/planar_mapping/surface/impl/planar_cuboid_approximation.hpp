@@ -4,7 +4,7 @@
 
 #include <pcl/impl/pcl_base.hpp>
 
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/pcl/points_view.h"
 #include "planar_mapping/pcl/sensor_pose.h"
 #include "planar_mapping/surface/cuboid_mesh.h"

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/io/atomic_file.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping::io {
+
+/// Writes a .pmap file (docs/file_format.md), whole or not at all. A finished map
+/// (PlanarMap::finished()) takes fewer bytes.
+/// \throws IoError if the file exists and must not be overwritten, or cannot be written
+PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path,
+                                   Overwrite overwrite = Overwrite::Refuse);
+
+/// Reads a .pmap file of version 5; those of earlier versions are refused. Whatever the file holds,
+/// no more than 1 MiB + 256 times its size is unpacked from it.
+/// \param threads  PlanarMap::deserialize(); 0 = all cores
+/// \throws IoError if the file is missing, unreadable, cut short, damaged, of another version or no
+///         map
+PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path, int threads = 0);
+
+}  // namespace planar_mapping::io

@@ -1,0 +1,383 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+#include "planar_mapping/map/integration/frame.h"
+#include "planar_mapping/geometry/angles.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Points of a segment that are looked at to see what of the map it is near.
+constexpr std::size_t kSamples = 64;
+
+/// Points that scatter about their plane by more than this fraction of their spread along it, and
+/// by more than so many resolutions, have no certain normal: the next frame would fit another one.
+constexpr double kMaxRoughness = 0.15;
+constexpr double kHarmlessScatter = 0.1;
+/// Where the map has something already, what is smaller than 3 x 3 cells is no other plane: every
+/// frame would fit another one.
+constexpr double kMinCells = 9.0;
+
+/// Is the point in an occupied cell, or within one resolution of a plane's?
+bool isMapped(const MapData& map, const Vector3& world) {
+  const double s = map.resolution();
+  const Vector3 at = (world / s).array().floor();
+  if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
+  const Int3 cell = toInt3(at);
+  const CellBlock* block = map.cells.find(CellLayer::blockOf(cell));
+  if (block != nullptr && ((block->occupied() >> CellLayer::bitOf(cell)) & 1u) != 0) return true;
+  return std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& layer) {
+    std::int32_t a = 0, b = 0;
+    return std::abs(layer.plane().signedDistance(world)) <= s && layer.cellOf(world, s, a, b) &&
+           layer.raster.at(a, b);
+  });
+}
+
+/// Calls visit(world) for up to about kSamples points of the segment, until that is true.
+template <typename Visit>
+bool anySample(const Frame& frame, std::size_t segment, Visit&& visit) {
+  const Indices& inliers = frame.inliersOf(segment);
+  const PointsView& points = frame.observation->points;
+  const std::size_t step = std::max<std::size_t>(1, inliers.size() / kSamples);
+  for (std::size_t i = 0; i < inliers.size(); i += step) {
+    const auto at = static_cast<std::size_t>(inliers[i]);
+    if (!points.isMeasured(at)) continue;
+    if (visit(Vector3(frame.rotation * points.point(at) + frame.sensor))) return true;
+  }
+  return false;
+}
+
+/// Is most of the segment where the map has something?
+bool isMapped(const MapData& map, const Frame& frame, std::size_t segment) {
+  std::size_t looked = 0, mapped = 0;
+  anySample(frame, segment, [&](const Vector3& world) {
+    ++looked;
+    mapped += isMapped(map, world) ? 1 : 0;
+    return false;
+  });
+  return 2 * mapped > looked;
+}
+
+/// Are the points of a segment that is on no plane of the map a plane of it, or just cells?
+bool isPlane(const MapData& map, const Frame& frame, std::size_t segment) {
+  const double s = map.resolution();
+  const PlaneMoments::Fit fit = frame.moments[segment].fit();
+  const Vector3 spread = fit.eigenvalues.cwiseMax(0.0).cwiseSqrt();  // of a side a: a / sqrt(12)
+  if (12.0 * spread[1] * spread[2] < kMinCells * s * s && isMapped(map, frame, segment))
+    return false;
+  // Where the depth error is known, the search for planes has tested the roughness.
+  return frame.observation->noise ||
+         fit.rms <= std::max(kHarmlessScatter * s, kMaxRoughness * spread[1]);
+}
+
+/// Root mean square distance of the points behind the moments to a plane.
+double rmsDistance(const PlaneMoments& moments, const Plane& plane) {
+  if (!(moments.weight() > 0.0)) return INFINITY;
+  const double mean = plane.signedDistance(moments.mean());
+  const double spread = plane.normal.dot(moments.scatter() * plane.normal) / moments.weight();
+  return std::sqrt(mean * mean + std::max(0.0, spread));
+}
+
+/// Of two planes: radians, and metres at a point.
+struct Apart {
+  double angle = 0.0;
+  double offset = 0.0;
+};
+
+/// One standard deviation of a fitted plane.
+Apart uncertaintyAt(const PlaneMoments& moments, const Vector3& point) {
+  const PlaneMoments::Fit fit = moments.fit();
+  if (!fit.valid) return {};
+  const Matrix4 covariance = moments.planeCovariance(fit);
+  const Vector4 p(point.x(), point.y(), point.z(), 1.0);
+  return {std::sqrt(std::max(0.0, covariance.topLeftCorner<3, 3>().trace())),
+          std::sqrt(std::max(0.0, p.dot(covariance * p)))};
+}
+
+/// Tolerances widened by two standard deviations, at most doubled.
+Apart toleranceAt(const PlanarMapParams& params, const PlaneMoments& map_plane,
+                  const PlaneMoments& seen) {
+  const Apart m = uncertaintyAt(map_plane, seen.mean());
+  const Apart s = uncertaintyAt(seen, seen.mean());
+  return {
+      params.association_angle + std::min(2.0 * (m.angle + s.angle), params.association_angle),
+      params.association_offset + std::min(2.0 * (m.offset + s.offset), params.association_offset)};
+}
+
+/// Within one frame, and between planes of the map, no error of the pose excuses an offset.
+double noiseTolerance(const PlanarMapParams& params, double rms_a, double rms_b) {
+  return std::min(params.association_offset,
+                  std::max(0.25 * params.approximation.resolution, 3.0 * (rms_a + rms_b)));
+}
+bool isOnePlane(const PlanarMapParams& params, const Plane& plane_a, const PlaneMoments& a,
+                const Plane& plane_b, const PlaneMoments& b) {
+  // What is cheap first: most planes of a map are nowhere near.
+  if (!(angleBetween(plane_a.normal, plane_b.normal) <= params.association_angle)) return false;
+  const double apart = std::max(rmsDistance(a, plane_b), rmsDistance(b, plane_a));
+  return apart <= params.association_offset &&
+         apart <= noiseTolerance(params, a.fit().rms, b.fit().rms);
+}
+
+std::int32_t gapInCells(const MapData& map) {
+  const double cells = std::ceil(map.params.association_gap / map.resolution());
+  return static_cast<std::int32_t>(std::clamp(cells, 1.0, 1.0 * kLatticeLimit));
+}
+
+bool isNear(const MapData& map, const Frame& frame, std::size_t segment, const PlaneLayer& layer) {
+  const std::int32_t gap = gapInCells(map);
+  return anySample(frame, segment, [&](const Vector3& world) {
+    std::int32_t a = 0, b = 0;
+    return layer.cellOf(world, map.resolution(), a, b) && layer.raster.anyWithin(a, b, gap);
+  });
+}
+
+/// Do the bounding rectangles, in the raster of the first? Else areNear() is false. This asks for
+/// neither cells nor moments: most planes of a map are elsewhere.
+bool mayBeNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& other) {
+  const TileWindow own = layer.extent();
+  const TileWindow w = other.extent();
+  if (own.empty() || w.empty()) return false;
+  const double s = map.resolution();
+  Eigen::AlignedBox2d corners;
+  for (const std::int32_t a : {w.low_a, w.high_a + 1}) {
+    for (const std::int32_t b : {w.low_b, w.high_b + 1}) {
+      const Vector3 corner = layer.frame().toPlane(other.frame().fromPlane({a * s, b * s, 0.0}));
+      corners.extend(corner.head<2>() / s);
+    }
+  }
+  const double margin = gapInCells(map) + 1.0;  // and one for what is rounded
+  const Eigen::Vector2d low(own.low_a - margin, own.low_b - margin);
+  const Eigen::Vector2d high(own.high_a + 1 + margin, own.high_b + 1 + margin);
+  return corners.intersects(Eigen::AlignedBox2d(low, high));
+}
+
+/// Do the patches of two planes of the map come within the association gap of each other?
+bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& other) {
+  const std::int32_t gap = gapInCells(map);
+  const double s = map.resolution();
+  bool near = false;
+  other.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
+    if (near) return;
+    const int bit = __builtin_ctzll(tile.occupied());
+    const Vector3 centre = other.frame().fromPlane(
+        {(8 * ta + (bit & 7) + 0.5) * s, (8 * tb + (bit >> 3) + 0.5) * s, 0.0});
+    std::int32_t a = 0, b = 0;
+    near = layer.cellOf(centre, s, a, b) && layer.raster.anyWithin(a, b, gap);
+  });
+  return near;
+}
+
+/// Takes the cells of \p other over. Every cell of the receiving raster asks which cell of the
+/// other lies at its centre: the other way round would leave holes.
+void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
+  const double s = map.resolution();
+  other.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& from) {
+    const Vector3 middle = other.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
+    std::int32_t ma = 0, mb = 0;
+    if (!layer.cellOf(middle, s, ma, mb)) return;
+    // A tile turned by any angle reaches 6 cells from its middle.
+    for (std::int32_t b = mb - 7; b <= mb + 7; ++b) {
+      for (std::int32_t a = ma - 7; a <= ma + 7; ++a) {
+        const Vector3 centre = layer.frame().fromPlane({(a + 0.5) * s, (b + 0.5) * s, 0.0});
+        std::int32_t oa = 0, ob = 0;
+        if (!other.cellOf(centre, s, oa, ob) || (oa >> 3) != ta || (ob >> 3) != tb) continue;
+        const int bit = 8 * (ob & 7) + (oa & 7);
+        if (((from.occupied() >> bit) & 1u) == 0) continue;
+        const std::uint8_t belief = from.belief(static_cast<std::size_t>(bit));
+        const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
+        if (!layer.raster.at(a, b) || layer.raster.find(a >> 3, b >> 3)->belief(own_bit) < belief) {
+          layer.setCell(a, b, belief);
+        }
+      }
+    }
+  });
+}
+
+/// How the rasters of new floors and table tops are turned; see dominantDirection().
+Vector3 directionOfWalls(const MapData& map, const Frame& frame) {
+  if (map.params.approximation.profile == Profile::Paper) return Vector3::Zero();
+  std::vector<Plane> planes = frame.planes;
+  std::vector<double> weights;
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    weights.push_back(static_cast<double>(frame.inliersOf(k).size()));
+  }
+  for (const PlaneLayer& layer : map.planes) {
+    planes.push_back(layer.plane());
+    weights.push_back(layer.moments().weight());
+  }
+  return dominantDirection(planes, weights, map.params.approximation.up);
+}
+
+}  // namespace
+
+void associatePlanes(MapData& map, Frame& frame) {
+  const std::size_t segments = frame.planes.size();
+  struct Pair {
+    double score;
+    std::size_t segment;
+    std::size_t layer;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t k = 0; k < segments; ++k) {
+    if (frame.inliersOf(k).empty()) continue;
+    const double own = frame.moments[k].fit().rms;
+    for (std::size_t l = 0; l < map.planes.size(); ++l) {
+      const PlaneLayer& layer = map.planes[l];
+      const double angle = angleBetween(frame.planes[k].normal, layer.plane().normal);
+      if (angle > 2.0 * map.params.association_angle) continue;
+      const double offset = rmsDistance(frame.moments[k], layer.plane());
+      if (!(offset <= 2.0 * map.params.association_offset + 3.0 * own)) continue;
+      // Its own noise is no reason to doubt that the segment lies on the plane.
+      const double apart = std::sqrt(std::max(0.0, offset * offset - own * own));
+      const Apart tolerance = toleranceAt(map.params, layer.moments(), frame.moments[k]);
+      if (angle > tolerance.angle || apart > tolerance.offset) continue;
+      if (!isNear(map, frame, k, layer)) continue;
+      pairs.push_back({angle / tolerance.angle + apart / tolerance.offset, k, l});
+    }
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) {
+    return std::tie(x.score, x.segment, x.layer) < std::tie(y.score, y.segment, y.layer);
+  });
+
+  std::vector<bool> assigned(segments, false);
+  for (const Pair& pair : pairs) {
+    if (assigned[pair.segment]) continue;
+    auto hits = std::find_if(frame.hits.begin(), frame.hits.end(),
+                             [&](const PlaneHits& h) { return h.layer == pair.layer; });
+    if (hits == frame.hits.end()) {
+      hits = frame.hits.insert(hits, PlaneHits{pair.layer, false, {}, {}});
+    } else if (!std::all_of(hits->segments.begin(), hits->segments.end(), [&](std::size_t other) {
+                 return isOnePlane(map.params, frame.planes[pair.segment],
+                                   frame.moments[pair.segment], frame.planes[other],
+                                   frame.moments[other]);
+               })) {
+      continue;  // this frame itself tells the two apart
+    }
+    hits->segments.push_back(pair.segment);
+    assigned[pair.segment] = true;
+    ++frame.update.planes_matched;
+  }
+  std::optional<Vector3> along;  // asks every plane of the map
+  const std::size_t clutter = frame.non_planar.size();
+  for (std::size_t k = 0; k < segments; ++k) {
+    const Indices& inliers = frame.inliersOf(k);
+    if (assigned[k] || inliers.empty()) continue;
+    if (map.isCompact() && !isPlane(map, frame, k)) {
+      frame.non_planar.insert(frame.non_planar.end(), inliers.begin(), inliers.end());
+      continue;
+    }
+    if (!along) along = directionOfWalls(map, frame);
+    PlaneLayer layer;
+    layer.id = map.next_plane_id++;
+    layer.setFrame(
+        makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, *along));
+    map.planes.push_back(std::move(layer));
+    frame.hits.push_back({map.planes.size() - 1, true, {k}, {}});
+    ++frame.update.planes_new;
+  }
+  if (frame.non_planar.size() > clutter) {
+    std::sort(frame.non_planar.begin(), frame.non_planar.end());
+  }
+}
+
+void mergePlanes(MapData& map, Frame& frame) {
+  // Of the angle, with room for rounding: isOnePlane() asks again.
+  const double least_cosine = std::cos(map.params.association_angle) - 1e-9;
+  std::vector<bool> gone(map.planes.size(), false);
+  std::vector<std::size_t> into(map.planes.size(), 0);  // of those that are gone
+  std::vector<bool> is_new(map.planes.size(), false);
+  for (const PlaneHits& hits : frame.hits) is_new[hits.layer] = hits.is_new;
+  for (PlaneHits& hits : frame.hits) {
+    for (std::size_t other = 0; other < map.planes.size(); ++other) {
+      const std::size_t mine = hits.layer;
+      if (other == mine || gone[other] || gone[mine] || (is_new[other] && is_new[mine])) continue;
+      const PlaneLayer& a = map.planes[mine];
+      const PlaneLayer& b = map.planes[other];
+      if (a.plane().normal.dot(b.plane().normal) < least_cosine || !mayBeNear(map, a, b) ||
+          !isOnePlane(map.params, a.plane(), a.moments(), b.plane(), b.moments()) ||
+          !areNear(map, a, b)) {
+        continue;
+      }
+      // The older plane keeps its id and its raster.
+      const std::size_t kept = std::min(mine, other);
+      const std::size_t merged = std::max(mine, other);
+      PlaneLayer& layer = map.planes[kept];
+      takeCells(map, layer, map.planes[merged]);
+      PlaneMoments moments = layer.moments();
+      moments.merge(map.planes[merged].moments());
+      layer.setMoments(moments);
+      layer.frames = std::max(layer.frames, map.planes[merged].frames);
+      gone[merged] = true;
+      into[merged] = kept;
+      ++frame.update.planes_merged;
+      if (merged == mine) hits.layer = kept;
+    }
+  }
+  if (frame.update.planes_merged == 0) return;
+  for (std::size_t l = 0; l < map.planes.size(); ++l) {
+    if (!gone[l])
+      map.planes[l].refit(map.resolution(), map.params.refit_tolerance * map.resolution());
+  }
+  std::vector<std::size_t> place(map.planes.size(), 0);
+  std::size_t kept = 0;
+  for (std::size_t l = 0; l < map.planes.size(); ++l) {
+    place[l] = kept;
+    if (gone[l]) continue;
+    if (kept != l) map.planes[kept] = std::move(map.planes[l]);
+    ++kept;
+  }
+  map.planes.resize(kept);
+  for (PlaneHits& hits : frame.hits) {
+    while (gone[hits.layer]) hits.layer = into[hits.layer];
+    hits.layer = place[hits.layer];
+  }
+}
+
+void turnPlanes(MapData& map, const Frame& frame) {
+  constexpr double kAligned = 0.05;     // radians
+  constexpr double kAsGood = 0.5;       // of the weight of the largest wall
+  constexpr double kLeastWeight = 0.1;  // of that of the plane: a box on a floor turns no floor
+  constexpr double kLevel = 0.98;       // cosine: others have axes of their own
+  if (!map.isCompact()) return;
+  const Vector3& up = map.params.approximation.up;
+  const auto directionOf = [&](const PlaneLayer& layer) {
+    return dominantDirection({layer.plane()}, {1.0}, up);
+  };
+  const PlaneLayer* wall = nullptr;
+  for (const PlaneHits& hits : frame.hits) {
+    const PlaneLayer& layer = map.planes[hits.layer];
+    const bool is_larger = wall == nullptr || layer.moments().weight() > wall->moments().weight();
+    if (is_larger && !directionOf(layer).isZero()) wall = &layer;
+  }
+  if (wall == nullptr) return;
+  const Vector3 along = directionOf(*wall);
+  const double weight = wall->moments().weight();
+  const auto isAlong = [&](const PlaneFrame& axes, const Vector3& direction) {
+    const double off = std::min(std::abs(axes.u.dot(direction)), std::abs(axes.v.dot(direction)));
+    return off < kAligned;
+  };
+  for (const PlaneHits& hits : frame.hits) {
+    PlaneLayer& layer = map.planes[hits.layer];
+    if (isAlong(layer.frame(), along) || weight < kLeastWeight * layer.moments().weight()) continue;
+    const PlaneFrame axes = makePlaneFrame(layer.plane(), layer.frame().origin, up, along);
+    if (std::abs(axes.u.dot(along)) < kLevel) continue;
+    const bool stays =
+        std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& other) {
+          const Vector3 direction = directionOf(other);
+          return other.moments().weight() >= kAsGood * weight && !direction.isZero() &&
+                 isAlong(layer.frame(), direction);
+        });
+    if (stays) continue;
+    const PlaneLayer before = layer;
+    layer.raster = TileRaster();
+    layer.raster.setAnchor(before.raster.anchorA(), before.raster.anchorB());
+    layer.setFrame(axes);
+    takeCells(map, layer, before);
+  }
+}
+
+}  // namespace planar_mapping::detail
