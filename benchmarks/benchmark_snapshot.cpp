@@ -7,7 +7,7 @@
 #include "../tests/render/scenes.h"
 #include "planar_mapping/viewer/scene/picking.h"
 #include "planar_mapping/viewer/drawing/projection_2d.h"
-#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 
 namespace {
 

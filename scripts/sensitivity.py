@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What each internal constant of src/core does: the table of docs/dev/constants.md.
+"""What each internal constant of the rooms of the method does: the table of docs/dev/constants.md.
 
     scripts/sensitivity.py WORK DATA                              measures, prints Markdown
     scripts/sensitivity.py WORK DATA --write docs/dev/constants.md
@@ -62,12 +62,12 @@ ELSEWHERE = {
                                               "TartanAir 0.25 > 0.34, 163 > 163",
     "cuboids/cover/lattice_cover:kMaxMoreBoxes": "no limit: no cuboid fewer, covers of the KITTI street 1.6 > 2.7 s",
     "geometry/cloud_origin:kNear": "half: two scans of nuScenes are merged / twice: nothing",
-    "odometry/odometry:kDrift": "0.04 / 0.25, `poses=prior`, position mm rms: TartanAir exact 7.8 > 16.8 / 3.7, with 31 mm of noise 12.5 > 21.2 / 13.7; "
+    "localization/odometry/odometry:kDrift": "0.04 / 0.25, `poses=prior`, position mm rms: TartanAir exact 7.8 > 16.8 / 3.7, with 31 mm of noise 12.5 > 21.2 / 13.7; "
                                 "cabinet 22.2 > 26.0 / 17.0, 30.3 > 31.5 / 27.1; ICL 8.7 > 10.2 / 6.7, 14.7 > 18.0 / 15.0; these three chose it",
     "planes/unorganized/far_rings:kMinPoints": "2: on planes 78.9 > 79.3 %, of another object 244 > 261 points / 6: 77.9 %, 218",
     "planes/unorganized/leaf_planes:kAgreeAlongSides": "half, twice and a quarter: nothing in 42 rooms of walls along cells (`test_sequential_planes`); "
                                                        "0: 10 of them lose a wall",
-    "registration/view_agreement:kMaxTurn": "[bricks](motion.md#how-the-motion-is-found)",
+    "localization/registration/view_agreement:kMaxTurn": "[bricks](motion.md#how-the-motion-is-found)",
 }
 # Inputs of the constants below a folder (the first that fits); see groups().
 IMAGES = ["metric", "metric_white", "disparity", "disparity_white"]
@@ -76,9 +76,9 @@ ROOMS = [("planes/organized", IMAGES), ("planes/tiles", IMAGES), ("planes/dispar
          ("planes/plane_patches", ["unorganized", "ransac", "metric"]), ("planes/multi_ransac", ["ransac", "features"]),
          ("planes/from_features", ["features"]), ("planes/assumed", ["white"]), ("planes", ["metric", "disparity", "unorganized", "ransac"]),
          ("ground/upright", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_", ["scale", "unorganized"]),
-         ("geometry", ["motion_features"]), ("odometry", ["motion_features", "motion_rgbd"]),
-         ("registration", ["motion_clouds", "motion_rgbd", "motion_far"]), ("", ["map_rgbd", "map_simulated", "map_walk"])]
-# Mechanisms that can be switched off: name, file below src/core/src, text, text without it.
+         ("geometry", ["motion_features"]), ("localization/odometry", ["motion_features", "motion_rgbd"]),
+         ("localization/registration", ["motion_clouds", "motion_rgbd", "motion_far"]), ("", ["map_rgbd", "map_simulated", "map_walk"])]
+# Mechanisms that can be switched off: name, file below src/planar_mapping, text, text without it.
 OFF = '::planar_mapping::tunable<int>("off:%s", 0)'
 MECHANISMS = [
     ("folds", "planes/organized/organized_planes.cpp", "  cutFolds(tiles,", "  if (!OFF) cutFolds(tiles,"),
@@ -113,7 +113,7 @@ MECHANISMS = [
     ("crowded cells", "planes/surface_leaves.cpp", "if (grid.sums[cell].n < kCrowd) continue;", "if (OFF || grid.sums[cell].n < kCrowd) continue;"),
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
-    ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized())", "if (OFF || !cloud.isOrganized())"),
+    ("occluding edges", "localization/registration/surface_shape.cpp", "if (!cloud.isOrganized())", "if (OFF || !cloud.isOrganized())"),
     ("doubled cells for noise", "geometry/cloud_scale.cpp", "i <= kMaxDoublings;", "i <= (OFF ? 0 : kMaxDoublings);"),
 ]
 HEADER = """#pragma once
@@ -143,14 +143,14 @@ def read(path):
 
 
 def name_of(path, constant):
-    return os.path.splitext(path[len("src/core/src/"):])[0] + ":" + constant
+    return os.path.splitext(path[len("src/planar_mapping/"):])[0] + ":" + constant
 
 
 def constants(source):
     """{name: {path, type, value, technical}} of all constants of core."""
     found = {}
     for path in sources():
-        if not path.startswith("src/core/src/") or not path.endswith((".h", ".cpp")):
+        if not path.startswith("src/planar_mapping/") or not path.endswith((".h", ".cpp")):
             continue
         if not os.path.exists(os.path.join(source, path)):
             continue
@@ -175,7 +175,7 @@ def instrument(source, tree, table):
     for key, entry in table.items():
         if not entry["technical"]:
             by_path.setdefault(entry["path"], {})[entry.get("number", entry["name"])] = key
-    for path in {entry["path"] for entry in table.values()} | {"src/core/src/" + m[1] for m in MECHANISMS}:
+    for path in {entry["path"] for entry in table.values()} | {"src/planar_mapping/" + m[1] for m in MECHANISMS}:
         text = read(os.path.join(source, path))
         keys = by_path.get(path, {})
 
@@ -199,7 +199,7 @@ def instrument(source, tree, table):
         if any(path.endswith(end) for end in HIDDEN):
             text = MEMBER.sub(member, text)
         for mechanism, end, old, new in MECHANISMS:
-            if path == "src/core/src/" + end:
+            if path == "src/planar_mapping/" + end:
                 if old not in text:
                     raise SystemExit(f"{mechanism}: {end} does not hold its text")
                 text = text.replace(old, old + "  if (OFF) return false;\n" if new is None else new, 1).replace("OFF", OFF % mechanism)
@@ -226,7 +226,7 @@ def copies(work):
 def build(work, table):
     """Compiles the copy; constants that must be known to the compiler become technical."""
     source, tree = copies(work)
-    header = os.path.join(tree, "src", "core", "src", "tunable.h")
+    header = os.path.join(tree, "src", "tunable.h")
     if not os.path.exists(header) or read(header) != HEADER:
         with open(header, "w", encoding="utf-8") as file:
             file.write(HEADER)
@@ -247,7 +247,7 @@ def build(work, table):
             return
         # A constant of a file with an error, in the lines that the compiler names.
         marked = 0
-        for path, line in set(re.findall(r"^(?:\S*/)?(src/core/\S+?):(\d+):\d+: error", run.stdout, re.MULTILINE)):
+        for path, line in set(re.findall(r"^(?:\S*/)?(src/planar_mapping/\S+?):(\d+):\d+: error", run.stdout, re.MULTILINE)):
             with open(os.path.join(tree, path), encoding="utf-8") as file:
                 words = set(re.findall(r"\w+", "".join(file.readlines()[int(line) - 1:int(line) + 2])))
             for entry in table.values():

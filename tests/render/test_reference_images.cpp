@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "planar_mapping/viewer/drawing/projection_2d.h"
-#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 #include "scenes.h"
 
 namespace planar_mapping {

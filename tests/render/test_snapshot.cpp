@@ -9,7 +9,7 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/viewer/scene/camera.h"
 #include "planar_mapping/viewer/scene/picking.h"
-#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 #include "scenes.h"
 
 namespace planar_mapping {

@@ -6,7 +6,7 @@
 #include <ctime>
 #include <iostream>
 
-#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 #include "scenes.h"
 
 namespace planar_mapping {

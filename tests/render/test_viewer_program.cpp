@@ -15,7 +15,7 @@
 #include "map_scene.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 #include "scenes.h"
 #include "x_server.h"
 

@@ -8,7 +8,7 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/viewer/scene/picking.h"
-#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 #include "planar_mapping/viewer/window/window.h"
 #include "scenes.h"
 #include "x_server.h"

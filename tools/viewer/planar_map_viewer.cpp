@@ -18,7 +18,7 @@
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/viewer/drawing/projection_2d.h"
 #include "planar_mapping/viewer/scene/scene_content.h"
-#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 #include "planar_mapping/viewer/window/window.h"
 namespace planar_mapping::tools {
 namespace {

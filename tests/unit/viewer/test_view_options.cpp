@@ -20,7 +20,7 @@
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/viewer/scene/camera.h"
 #include "planar_mapping/viewer/scene/colors.h"
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 #include "planar_mapping/viewer/scene/view_options.h"
 #include "planar_mapping/viewer/scene/scene.h"
 #include "temporary_directory.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "planar_mapping/base/types.h"
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 
 class vtkContext2D;
 

@@ -8,7 +8,7 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/viewer/scene/colors.h"
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 
 namespace planar_mapping {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 
 namespace planar_mapping::visualization {
 

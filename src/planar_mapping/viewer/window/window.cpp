@@ -21,7 +21,7 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/viewer/scene/picking.h"
-#include "planar_mapping/viewer/snapshot.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 #include "planar_mapping/viewer/scene/decorations.h"
 #include "planar_mapping/viewer/scene/scene.h"
 #include "planar_mapping/viewer/window/keys.h"

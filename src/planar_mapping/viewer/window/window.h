@@ -9,7 +9,7 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/viewer/scene/camera.h"
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 #include "planar_mapping/viewer/scene/scene_content.h"
 #include "planar_mapping/viewer/scene/view_options.h"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "planar_mapping/base/export.h"
-#include "planar_mapping/viewer/drawing/image.h"
+#include "planar_mapping/viewer/window/image.h"
 #include "planar_mapping/viewer/scene/scene_content.h"
 #include "planar_mapping/viewer/scene/view_options.h"
 
