@@ -15,7 +15,7 @@ namespace {
 // How far poses may be apart that say the same.
 constexpr double kShift = 0.1;         // metres, and
 constexpr double kShiftOfStep = 0.05;  // metres a metre of the step
-constexpr double kTurn = M_PI / 36.0;  // radians
+constexpr double kAgreeingTurn = M_PI / 36.0;  // radians
 
 constexpr const char* kUnknownCause =
     "; are images, depths, poses and calibration of one camera, in one order?";
@@ -23,7 +23,7 @@ constexpr const char* kUnknownCause =
 bool agree(const Pose& a, const Pose& b, double step) {
   const Pose apart = a.inverse() * b;
   return apart.translation().norm() < kShift + kShiftOfStep * step &&
-         rotationAngle(apart.linear()) < kTurn;
+         rotationAngle(apart.linear()) < kAgreeingTurn;
 }
 
 /// How many times the length of the given step that of the seen one is; nothing where they differ
@@ -38,7 +38,7 @@ std::optional<double> scaleOf(const Pose& given_step, const Pose& seen_step) {
   const Pose apart = scaled.inverse() * seen_step;
   const bool is_scaled = std::max(scale, 1.0 / scale) > kSameScale;
   const bool agrees =
-      apart.translation().norm() < kMaxDifference * length && rotationAngle(apart.linear()) < kTurn;
+      apart.translation().norm() < kMaxDifference * length && rotationAngle(apart.linear()) < kAgreeingTurn;
   return is_scaled && agrees ? std::optional(scale) : std::nullopt;
 }
 
