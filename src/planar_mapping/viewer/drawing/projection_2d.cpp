@@ -30,7 +30,7 @@ constexpr Color kOccupied = {38, 50, 72};
 constexpr Color kUnknown = {178, 180, 184};
 constexpr Color kGrid = {229, 232, 236};
 constexpr Color kPath = {205, 38, 52};
-constexpr Color kInk = {40, 42, 46};
+constexpr Color kPlanInk = {40, 42, 46};
 
 // The map's plane on the picture: x right, y up.
 struct Plan {
@@ -209,14 +209,14 @@ void drawRulers(const Plan& plan, double font, Canvas& canvas) {
     const Vector2 p = plan.at(v, f.low_forward) + Vector2(0.0, 0.8 * font);
     const std::string text = visualization::shortNumber(v);
     if (captions.takeCentered(text, p.x(), canvas.flipped(p.y()), 0.75 * font))
-      canvas.text(text, p, 0.75 * font, 0, kInk);
+      canvas.text(text, p, 0.75 * font, 0, kPlanInk);
   }
   for (const double v : visualization::multiples(f.low_forward, f.high_forward, step)) {
     const Vector2 p = plan.at(f.low_right, v) - Vector2(0.4 * font, 0.0);
     const std::string text = visualization::shortNumber(v);
     const double width = visualization::Captions::widthOf(text, 0.75 * font);
     if (captions.takeCentered(text, p.x() - 0.5 * width, canvas.flipped(p.y()), 0.75 * font))
-      canvas.text(text, p, 0.75 * font, 1, kInk);
+      canvas.text(text, p, 0.75 * font, 1, kPlanInk);
   }
 }
 
@@ -233,8 +233,8 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
                                 at + Vector2(0.0, 0.8 * font)};
     canvas.fill(box, color);
     box.push_back(at);
-    canvas.line(box, 1.0, kInk);
-    canvas.text(words, {x + 1.7 * font, y}, 0.9 * font, -1, kInk);
+    canvas.line(box, 1.0, kPlanInk);
+    canvas.text(words, {x + 1.7 * font, y}, 0.9 * font, -1, kPlanInk);
     x += 3.0 * font + canvas.textSize(words, 0.9 * font).x();
   };
   if (options.show.occupied) entry("occupied", kOccupied);
@@ -243,7 +243,7 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
   const double path_end = x + 2.6 * font + canvas.textSize("path", 0.9 * font).x();
   if (options.show.trajectory && !content.trajectory.empty() && path_end < border) {
     canvas.line({{x, y}, {x + 2.2 * font, y}}, 0.16 * font, kPath, true);
-    canvas.text("path", {x + 2.6 * font, y}, 0.9 * font, -1, kInk);
+    canvas.text("path", {x + 2.6 * font, y}, 0.9 * font, -1, kPlanInk);
     x = path_end + font;
   }
   // Scale bar: a round length of about an eighth of the picture.
@@ -255,12 +255,12 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
   const double text_width =
       canvas.textSize(visualization::shortNumber(metres) + " m", 0.85 * font).x();
   if (std::min(left.x(), 0.5 * (left.x() + right.x() - text_width)) < x) return;
-  canvas.line({left, right}, 0.18 * font, kInk);
+  canvas.line({left, right}, 0.18 * font, kPlanInk);
   for (const Vector2& end : {left, right})
     canvas.line({end - Vector2(0.0, 0.3 * font), end + Vector2(0.0, 0.3 * font)}, 0.14 * font,
-                kInk);
+                kPlanInk);
   canvas.text(visualization::shortNumber(metres) + " m",
-              0.5 * (left + right) - Vector2(0.0, 0.75 * font), 0.85 * font, 0, kInk);
+              0.5 * (left + right) - Vector2(0.0, 0.75 * font), 0.85 * font, 0, kPlanInk);
 }
 
 }  // namespace
