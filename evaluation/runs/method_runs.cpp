@@ -32,7 +32,7 @@ DistanceToTruth distanceToTruth(const Place& place) {
     points[i].center = place.checked[i];
     points[i].size = Vector3::Zero();
   }
-  const auto index = std::make_shared<evaluation::CuboidDistance>(points);
+  const auto index = std::make_shared<CuboidDistance>(points);
   return [index](const Vector3& point) { return index->distance(point); };
 }
 
@@ -84,7 +84,7 @@ class MapEvaluator {
     f.cells = static_cast<double>(cuboids.size());
     f.standard_cells = static_cast<double>(standard_cells_);
     f.combination_efficiency = evaluation::combinationEfficiency(cuboids.size(), standard_cells_);
-    const evaluation::CuboidDistance index(cuboids);
+    const CuboidDistance index(cuboids);
     if (place_.truth) {
       const evaluation::MappingError error =
           evaluation::mappingError(cuboids, index, *place_.truth, s_, standard_cells_);
