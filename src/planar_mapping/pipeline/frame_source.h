@@ -40,10 +40,6 @@ class PLANAR_MAPPING_EXPORT FrameSource {
   /// next. Frames that went through the front-end elsewhere have `front_end_done`.
   /// \throws IoError, InputError if no further frame can be had; what was done so far is saved
   virtual std::optional<Frame> next() = 0;
-  /// Leaves out the next frames: an earlier run has them. Unless overridden it reads them.
-  /// \return how many there were, at most \p count
-  /// \throws as next()
-  virtual std::size_t skip(std::size_t count);
 };
 
 }  // namespace planar_mapping

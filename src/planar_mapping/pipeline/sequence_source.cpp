@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/pipeline/frame.h"
 
 namespace planar_mapping {
@@ -105,12 +105,6 @@ std::optional<Frame> SequenceSource::next() {
   return frame;
 }
 
-std::size_t SequenceSource::skip(std::size_t count) {
-  const std::size_t skipped = std::min(count, selected_.size() - position_);
-  position_ += skipped;
-  return skipped;
-}
-
 FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width, std::uint32_t height) {
   FrameCloud::Ptr cloud = pcl::make_shared<FrameCloud>();
   cloud->points.resize(xyz.size() / 3);
@@ -135,12 +129,6 @@ FrameSource::~FrameSource() = default;
 
 std::optional<Vector3> FrameSource::meanUp() const {
   return std::nullopt;
-}
-
-std::size_t FrameSource::skip(std::size_t count) {
-  std::size_t skipped = 0;
-  while (skipped < count && next()) ++skipped;
-  return skipped;
 }
 
 std::vector<std::string> FrameSource::notes() const {

@@ -39,7 +39,6 @@ class PLANAR_MAPPING_EXPORT SequenceSource : public FrameSource {
   std::optional<Vector3> meanUp() const override;
   std::optional<std::size_t> size() const override { return selected_.size(); }
   std::optional<Frame> next() override;
-  std::size_t skip(std::size_t count) override;
 
  private:
   std::vector<std::string> names_;

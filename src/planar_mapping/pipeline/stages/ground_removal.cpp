@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/filters/ground_removal.h"
 
-#include "planar_mapping/pipeline/stages/builtin.h"
 #include "planar_mapping/pipeline/noise_keys.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
 
 namespace planar_mapping {
 namespace {
@@ -81,8 +81,6 @@ class GroundRemovalStage : public Stage {
     frame.notes.push_back(frame.source +
                           ": no ground: " + toString(filter_.getDiagnostics().status));
   }
-  std::string saveState() const override { return filter_.saveState(); }
-  void loadState(const std::string& bytes) override { filter_.loadState(bytes); }
 
  private:
   GroundParams params_;
