@@ -8,6 +8,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <utility>
@@ -83,6 +84,19 @@ std::vector<std::string> withCell(const Configuration& configuration, double cel
     }
   }
   return assignments;
+}
+
+/// "NAME:stage.key=value,stage.key=value", on the compact profile. \throws UsageError
+Variant parseVariant(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  Variant variant{text.substr(0, colon), {}};
+  if (colon == std::string::npos || variant.name.empty())
+    throw UsageError("--variant: '" + text + "' is not NAME:stage.key=value,...");
+  std::istringstream assignments(text.substr(colon + 1));
+  for (std::string one; std::getline(assignments, one, ',');) variant.assignments.push_back(one);
+  if (variant.assignments.empty())
+    throw UsageError("--variant: '" + text + "' changes nothing; give NAME:stage.key=value,...");
+  return variant;
 }
 
 PlanarMethod methodOf(const EvaluateArguments& arguments, const Variant& variant) {
