@@ -277,8 +277,7 @@ int report(const std::exception& error, int code) {
 int main(int argc, char** argv) {
   using namespace planar_mapping;
   try {
-    const bool charts = argc > 1 && std::string(argv[1]) == "charts";
-    return charts ? tools::runCharts(argc - 1, argv + 1) : tools::run(argc, argv);
+    return tools::run(argc, argv);
   } catch (const tools::UsageError& error) {
     return tools::report(error, tools::kUsage);
   } catch (const ParameterError& error) {
