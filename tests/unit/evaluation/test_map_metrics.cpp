@@ -29,11 +29,11 @@ double completeness(const std::vector<Cuboid>& cuboids, const SurfaceTruth& trut
 }
 double coverage(const std::vector<Cuboid>& cuboids, const std::vector<Vector3>& points,
                 double margin) {
-  return coverage(CuboidDistance(cuboids), points, margin);
+  return evaluation::coverage(CuboidDistance(cuboids), points, margin);
 }
 HeldBackDistance heldBackDistance(const std::vector<Cuboid>& cuboids,
                                   const std::vector<Vector3>& points, double margin) {
-  return heldBackDistance(CuboidDistance(cuboids), points, margin);
+  return evaluation::heldBackDistance(CuboidDistance(cuboids), points, margin);
 }
 double freeSpaceViolation(const std::vector<Cuboid>& cuboids, const std::vector<MeasuredRay>& rays,
                           double s) {
@@ -177,7 +177,7 @@ TEST(Completeness, ByHand) {
   EXPECT_NEAR(completeness(slab, visible, 0.1), 0.5, 1e-12);
   EXPECT_NEAR(completeness(slab, visible, 0.2), 0.75, 1e-12);
   EXPECT_EQ(completeness(CuboidDistance({}), visible, 0.1), 0.0);
-  EXPECT_EQ(completeness(slab, {}, 0.1), 1.0);
+  EXPECT_EQ(evaluation::completeness(slab, {}, 0.1), 1.0);
   EXPECT_THROW(completeness(slab, visible, 0.0), ParameterError);
 }
 
@@ -217,10 +217,10 @@ TEST(HeldBack, ByHand) {
   EXPECT_NEAR(result.fraction_within, 0.3, 1e-12);        // 0 to .5
   EXPECT_NEAR(result.fraction_within_half, 0.15, 1e-12);  // 0 to .2
   EXPECT_NEAR(result.fraction_inside, 0.05, 1e-12);
-  const HeldBackDistance empty = heldBackDistance(CuboidDistance({}), {{0, 0, 0}}, 0.1);
+  const HeldBackDistance empty = evaluation::heldBackDistance(CuboidDistance({}), {{0, 0, 0}}, 0.1);
   EXPECT_EQ(empty.median, kInfinity);
   EXPECT_EQ(empty.fraction_within, 0.0);
-  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).fraction_within, 1.0);
+  EXPECT_EQ(evaluation::heldBackDistance(CuboidDistance({}), {}, 0.1).fraction_within, 1.0);
 }
 
 TEST(HeldBack, AgreesWithEveryCuboidAskedInTurn) {

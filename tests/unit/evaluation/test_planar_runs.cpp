@@ -83,7 +83,7 @@ INSTANTIATE_TEST_SUITE_P(
                            "corridor",
                            "pcd_sequence",
                            {"multi_plane_segmentation.distance_threshold_m=auto"}}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace
 }  // namespace planar_mapping::tools
