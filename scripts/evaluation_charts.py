@@ -14,7 +14,7 @@ METHODS = {
     "OG": ("OG (octree)", "#0072b2", "D-"),
     "RA": ("RA (rectangular cuboids)", "#e69f00", "x-"),
     "PG_paper": ("PG (paper)", "#009e73", "+--"),
-    "no_planes": ("PG without planes", "#cc79a7", "v-"),
+    "no_planes": ("PG without planes (boxes)", "#cc79a7", "v-"),
     "PG": ("PG (compact)", "#d55e00", "o-"),
 }
 PAPER = ("SG", "OG", "RA", "PG_paper", "PG")
@@ -77,6 +77,7 @@ def draw(rows, charts, path, force):
     """A row of the page for each of the charts, a column for each scene that has its figures. \\return whether any has"""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator, NullFormatter
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     scenes = [s for s in scenes if any(row["scene"] == s and row.get(c[i][0]) is not None and row["method"] in c[3]
                                        for row in rows for c in charts for i in (0, 1) if c[i] != SIZE)]
@@ -96,6 +97,10 @@ def draw(rows, charts, path, force):
                 axes.set_visible(False)
                 continue
             axes.set(title=scene, xlabel=x[1], ylabel=y[1], **{f"{axis}scale": "log" for axis in logarithmic})
+            for axis in (getattr(axes, f"{name}axis") for name in logarithmic):
+                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                axis.set_major_formatter("{x:g}")
+                axis.set_minor_formatter(NullFormatter())
             axes.grid(color="#dee0e4")
             legend.update({text: handle for handle, text in zip(*axes.get_legend_handles_labels())})
     figure.legend(legend.values(), legend.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=3, frameon=False)
