@@ -41,7 +41,8 @@ TEST_P(EvaluatedMaps, AreThoseOfARunAtEveryCellSize) {
   const TemporaryDirectory directory;
   evaluation::SimulationParams scene;
   scene.scene = GetParam().scene;
-  scene.frames = 40;
+  scene.frames = 3;
+  scene.step = 0.1;
   scene.seed = 3;
   scene.images = std::string(GetParam().configuration) == "stereo_indoor";
   scene.clouds = !scene.images;
