@@ -124,8 +124,8 @@ FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width, std:
 
 PointsView pointsOf(const FrameCloud& cloud) {
   static_assert(sizeof(pcl::PointXYZ) % sizeof(float) == 0, "points are read as rows of floats");
-  PointsView view(reinterpret_cast<const float*>(cloud.points.data()), cloud.size(),
-                  sizeof(pcl::PointXYZ) / sizeof(float));
+  PointsView view(reinterpret_cast<const float*>(cloud.points.data()), cloud.size());
+  view.stride = sizeof(pcl::PointXYZ) / sizeof(float);
   view.width = cloud.width;
   view.height = cloud.height;
   return view;
