@@ -32,6 +32,7 @@ io::SequenceOptions sequenceOptions(const Configuration& configuration) {
   io::SequenceOptions options;
   options.poses_file = configuration.poses;
   options.calibration_file = configuration.calibration;
+  options.scale = configuration.scale;
   options.ignore_poses = configuration.settings.ignores_poses;
   if (hasStage(configuration, StageKind::Images)) {
     options.preferred = io::SequenceKind::Stereo;
