@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
-#include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/ground/up.h"
+#include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame.h"
 
