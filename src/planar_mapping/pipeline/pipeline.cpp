@@ -157,7 +157,7 @@ void Pipeline::runMapping(Frame& frame) {
     CloudScale scale = knownScale(frame);
     scale.has_sensor = !frame.pose_assumed || !isMerged(pointsOf(*frame.cloud), &frame.indices);
     remarkOn(scale, frame);
-    detail::findVertical(mean_up_, scale, frame);
+    if (!configuration_.settings.up) detail::findVertical(mean_up_, scale, frame);
     adaptMapping(scale, &frame);
   }
   if (frame.pose_assumed && frame.skip_reason.empty() && map_.frames() == 1 &&
@@ -282,6 +282,7 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
     scale.optical = false;
     scale.up = Vector3::UnitZ();
   }
+  scale.up = configuration_.settings.up.value_or(scale.up);
   if (frame.camera && frame.baseline) {
     scale.stereo = StereoNoise();
     scale.stereo->baseline = *frame.baseline;

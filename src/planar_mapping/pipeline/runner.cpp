@@ -10,14 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
-#include "planar_mapping/pipeline/sequence_source.h"
 #include "planar_mapping/pipeline/run_advice.h"
 #include "planar_mapping/pipeline/run_statistics.h"
+#include "planar_mapping/pipeline/sequence_source.h"
 
 namespace planar_mapping {
 namespace {
@@ -83,7 +83,7 @@ class Run {
     for (const std::string& note : source_.notes()) log("input: " + note);
     if (statistics_.frames() > 0)
       log("resumed after " + std::to_string(statistics_.frames()) + " frames");
-    if (const std::optional<Vector3> up = source_.meanUp()) pipeline_.setMeanUp(*up);
+    if (const std::optional<ImagesUp> up = source_.meanUp()) pipeline_.setMeanUp(*up);
     try {
       processFrames();
     } catch (const Error& error) {

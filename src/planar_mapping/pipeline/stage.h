@@ -34,6 +34,8 @@ struct RunSettings {
   Profile profile = Profile::Compact;
   std::uint64_t seed = 12345;
   int threads = 1;
+  /// Upwards for all stages, an axis of the world; absent = found (upOf()).
+  std::optional<Vector3> up;
   bool ignores_poses = false;  ///< `poses: ignore` of a Motion stage: no other uses them either
 };
 
