@@ -52,6 +52,10 @@ void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::st
 void addFrameOptions(CLI::App& command, FrameArguments& arguments) {
   command.add_option("--set", arguments.assignments, "stage.key=value, repeatable")
       ->allow_extra_args(false);
+  command
+      .add_option("--up", arguments.up,
+                  "Axis of the world that is upwards, for all stages; auto = found")
+      ->check(CLI::IsMember({"auto", "x", "y", "z", "-x", "-y", "-z"}));
   command.add_option("--seed", arguments.seed, "Seed of everything random")
       ->check(CLI::Range(std::int64_t{0}, RunSettings::kLargestSeed));
   command.add_flag("--force", arguments.force, "Overwrite earlier results");
@@ -67,6 +71,7 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
   ConfigurationOverrides overrides;
   overrides.assignments = arguments.assignments;
   // The options are short for assignments, and win over them.
+  if (!arguments.up.empty()) assignments.push_back("up=" + arguments.up);
   if (arguments.seed >= 0) assignments.push_back("seed=" + std::to_string(arguments.seed));
   overrides.assignments.insert(overrides.assignments.end(), assignments.begin(), assignments.end());
   if (!profile.empty()) overrides.profile = profile;

@@ -22,6 +22,7 @@ struct FrameArguments {
   std::string poses;
   std::string calibration;
   std::vector<std::string> assignments;
+  std::string up;  ///< empty = of the configuration
   std::int64_t seed = -1;
   bool force = false;
   bool quiet = false;

@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
 #include "cli_fixture.h"
+#include "planar_mapping/base/types.h"
 
 namespace planar_mapping {
 namespace {
@@ -261,7 +263,7 @@ TEST_F(Run, CloudInMillimetresGetsASentence) {
   for (float& v : xyz) v *= 1000.0f;
   const ProgramResult result = expectExit(
       0, planarMap({"run", write("mm.pcd", binaryPcd(xyz)), "-o", directory_ / "out", "-q"}));
-  expectOneSentence(result, "pcl_transform_point_cloud IN.pcd OUT.pcd -scale 0.001");
+  expectOneSentence(result, "if they are in millimetres: --scale 0.001");
 }
 
 TEST_F(Run, MergedCloudMakesNoFreeOrUnknownSpaceUnlessTold) {
@@ -340,6 +342,73 @@ TEST_F(Run, InfoHasFrameUpAxisAndRange) {
   EXPECT_EQ(Json({0.0, 0.0, 1.0}), info["up"]);
   EXPECT_GT(info["max_range_m"], 1.0);
   EXPECT_LT(info["bounds_m"]["low"][0], info["bounds_m"]["high"][0]);
+}
+
+/// A road 40 m long in 32 rings, 1.8 m below the scanner, between two walls, and a box on it.
+std::vector<float> roadScan() {
+  Random random(7);
+  std::vector<float> xyz;
+  for (int ring = 0; ring < 32; ++ring) {
+    for (int column = 0; column < 1200; ++column) {
+      const double up = (-24.0 + 0.85 * ring) * M_PI / 180.0, around = column * M_PI / 600.0;
+      const Vector3 ray(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
+                        std::sin(up));
+      double range = std::min(6.0 / std::abs(ray.y()), ray.z() < 0.0 ? 1.8 / -ray.z() : 60.0);
+      const double at_box = 9.0 / ray.x();
+      if (at_box > 0.0 && std::abs(at_box * ray.y()) < 0.5 && at_box * ray.z() < -1.3)
+        range = std::min(range, at_box);
+      if (range > 40.0) continue;
+      const Vector3 p = (range + 0.015 * random.normal()) * ray;
+      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+    }
+  }
+  return xyz;
+}
+
+TEST_F(Run, LidarConfigurationTakesTheRoadAwayAndKeepsWhatStandsOnIt) {
+  const std::vector<float> xyz = roadScan();
+  write("scan.pcd", binaryPcd(xyz));
+  expectExit(0, planarMap({"run", config("lidar.yaml"), "-i", directory_ / "scan.pcd", "-o",
+                           directory_ / "road", "-q"}));
+  int far_road = 0;
+  for (std::size_t k = 0; k < xyz.size(); k += 3)
+    far_road += xyz[k + 2] < -1.7f && std::hypot(xyz[k], xyz[k + 1]) > 20.0f ? 1 : 0;
+  ASSERT_GT(far_road, 100);
+  const Json map = Json::parse(read("road/map.json"));
+  double far_cuboids = 0.0, on_box = 0.0;
+  for (const Json& cuboid : map["cuboids"]) {
+    if (cuboid["state"] != "occupied") continue;
+    const double x = cuboid["center"][0], y = cuboid["center"][1], z = cuboid["center"][2];
+    far_cuboids += std::abs(y) < 5.0 && std::abs(x) > 20.0 ? 1.0 : 0.0;
+    on_box += std::abs(y) < 0.7 && std::abs(x - 9.0) < 0.5 && z < -1.2 ? 1.0 : 0.0;
+  }
+  EXPECT_LE(far_cuboids, 2.0);
+  EXPECT_GE(on_box, 1.0);
+}
+
+TEST_F(Run, EveryReadyConfigurationTakesTheGroundAwayWhereItIsAsked) {
+  for (const char* name : {"single_pcd.yaml", "pcd_sequence.yaml", "lidar.yaml", "rgbd_indoor.yaml",
+                           "stereo_indoor.yaml", "stereo_outdoor.yaml", "evaluate.yaml"})
+    expectExit(0, planarMap({"validate", config(name), "--set", "ground_removal.enabled=true"}));
+  const std::string scan = write("scan.pcd", binaryPcd(roadScan()));
+  for (const char* name : {"single_pcd.yaml", "pcd_sequence.yaml"}) {
+    expectExit(0, planarMap({"run", config(name), "-i", scan, "-o", directory_ / "on", "--force",
+                             "-q", "--set", "ground_removal.enabled=true"}));
+    const Json points = Json::parse(read("on/metrics.json"))["points"];
+    EXPECT_GT(points["ground"].get<double>(), 0.2 * points["valid"].get<double>()) << name;
+  }
+}
+
+TEST_F(Run, UpIsThatOfTheCommandLineForAllStages) {
+  const auto upWith = [&](const std::string& up) {
+    expectExit(0, planarMap({"run", config("single_pcd.yaml"), "-i", room(), "-o",
+                             directory_ / "up", "--force", "-q", "--up", up}));
+    return Json::parse(read("up/map.json"))["up"];
+  };
+  EXPECT_EQ(Json({0.0, 0.0, 1.0}), upWith("auto"));
+  EXPECT_EQ(Json({0.0, 1.0, 0.0}), upWith("y"));
+  EXPECT_NE(std::string::npos, read("up/config.resolved.yaml").find("\nup: y\n"));
+  expectExit(2, planarMap({"run", config("single_pcd.yaml"), "-i", room(), "--up", "w"}));
 }
 
 }  // namespace

@@ -173,7 +173,7 @@ void Pipeline::runMapping(Frame& frame) {
     CloudScale scale = knownScale(frame);
     scale.has_sensor = !frame.pose_assumed || !isMerged(pointsOf(*frame.cloud), &frame.indices);
     detail::remarkOnFirst(frame, scale);
-    detail::findVertical(mean_up_, scale, frame);
+    if (!configuration_.settings.up) detail::findVertical(mean_up_, scale, frame);
     beginMap(frame, scale);
   }
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
@@ -234,6 +234,7 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
     scale.optical = false;
     scale.up = Vector3::UnitZ();
   }
+  scale.up = configuration_.settings.up.value_or(scale.up);
   if (frame.camera && frame.baseline) {
     scale.stereo = StereoNoise();
     scale.stereo->baseline = *frame.baseline;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
+#include "planar_mapping/ground/up.h"
 #include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame.h"
@@ -63,7 +64,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
 
   /// Tells `up: auto` where the images have upwards on average over the given poses, world frame;
   /// otherwise the first frame alone says it. Before the first frame.
-  void setMeanUp(const Vector3& up) { mean_up_ = up; }
+  void setMeanUp(const ImagesUp& up) { mean_up_ = up; }
   /// Takes one frame through all stages, the front-end left out where it was done elsewhere
   /// (Frame::front_end_done); they change it in place.
   /// A frame without a single usable point is skipped; one of an image with hardly any waits until
@@ -109,7 +110,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
   std::vector<bool> is_adapted_;     ///< of the stages of sections 1 and 2
   bool has_begun_ = false;           ///< the map; the stages of section 3 are adapted
-  std::optional<Vector3> mean_up_;   ///< of the images of all given poses
+  std::optional<ImagesUp> mean_up_;  ///< of the images of all given poses
   std::optional<Vector3> origin_;    ///< PlanarMapParams::origin, once there was a pose
   std::size_t counted_frames_ = 0;   ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;

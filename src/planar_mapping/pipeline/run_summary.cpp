@@ -120,8 +120,7 @@ void remarkOnFirst(Frame& frame, const CloudScale& scale) {
   if (!scale.stereo && scale.spacing > kMaxSpacing && scale.max_range > kMaxRange)
     frame.warnings.push_back(frame.source + ": the points are " + rounded(scale.spacing, 1) +
                              " apart and up to " + rounded(scale.max_range, 1) +
-                             " from the sensor; if they are in millimetres: " +
-                             "pcl_transform_point_cloud IN.pcd OUT.pcd -scale 0.001,0.001,0.001");
+                             " from the sensor; if they are in millimetres: " + "--scale 0.001");
   if (!frame.pose_assumed) return;
   if (scale.has_sensor) {
     frame.notes.push_back(frame.source +

@@ -68,7 +68,7 @@ class Run {
     log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
     for (const std::string& input : source_.names()) log("input " + input);
     for (const std::string& note : source_.notes()) log("input: " + note);
-    if (const std::optional<Vector3> up = source_.meanUp()) pipeline_.setMeanUp(*up);
+    if (const std::optional<ImagesUp> up = source_.meanUp()) pipeline_.setMeanUp(*up);
     try {
       processFrames();
     } catch (const Error& error) {

@@ -88,14 +88,19 @@ SequenceSource::SequenceSource(const Configuration& configuration)
                    hasStage(configuration, StageKind::Features)),
       selected_(select(configuration.frames, sequence_.size())) {}
 
-std::optional<Vector3> SequenceSource::meanUp() const {
+std::optional<ImagesUp> SequenceSource::meanUp() const {
   if (sequence_.poseSource() != io::PoseSource::File) return std::nullopt;
+  constexpr double kRounding = 1e-3;  // of the poses in a file
+  const std::optional<Pose> first = sequence_.describe(0).T_world_sensor;
+  ImagesUp images;
+  images.starts_at_identity = first && first->linear().isIdentity(kRounding);
   Vector3 sum = Vector3::Zero();
   for (const std::size_t index : selected_) {
     const std::optional<Pose> pose = sequence_.describe(index).T_world_sensor;
     if (pose) sum -= pose->linear().col(1);
   }
-  return Vector3(sum / static_cast<double>(selected_.size()));
+  images.mean = sum;
+  return images;
 }
 
 std::optional<Frame> SequenceSource::next() {
@@ -128,7 +133,7 @@ PointsView pointsOf(const FrameCloud& cloud) {
 
 FrameSource::~FrameSource() = default;
 
-std::optional<Vector3> FrameSource::meanUp() const {
+std::optional<ImagesUp> FrameSource::meanUp() const {
   return std::nullopt;
 }
 

@@ -32,7 +32,9 @@ struct RunSettings {
 
   Profile profile = Profile::Compact;
   std::uint64_t seed = 12345;
-  int threads = 0;             ///< 0 = all cores; changes no result
+  int threads = 0;  ///< 0 = all cores; changes no result
+  /// Upwards for all stages, an axis of the world; absent = found (upOf()).
+  std::optional<Vector3> up;
   bool ignores_poses = false;  ///< `poses: ignore` of a Motion stage: no other uses them either
 };
 

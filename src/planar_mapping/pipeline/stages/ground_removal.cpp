@@ -60,6 +60,7 @@ class GroundRemovalStage : public Stage {
     table.basic({"camera_height_m", "up", "optical_axis", "distance_threshold_m"});
   }
   void configure(const RunSettings& settings) override {
+    if (settings.up) params_.up = settings.up;
     params_.seed = settings.seed;
     params_.threads = settings.threads;
     params_.validate();
