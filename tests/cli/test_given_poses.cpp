@@ -12,6 +12,8 @@ class GivenPoses : public StereoCorridor {
   template <typename Change>
   std::string warningOf(const Change& change) {
     const std::vector<std::size_t> frames = {0, 2, 4, 6, 8};
+    for (const char* side : {"left", "right"})
+      fs::remove_all(directory_ / (std::string("seq/") + side));
     writeCorridor(frames);
     writePoses(frames, change);
     return runStereo().err;
