@@ -7,10 +7,10 @@
 #include <unordered_map>
 #include <utility>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/beliefs/dense_features.h"
 #include "planar_mapping/beliefs/tracked_cells.h"
-#include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/cloud_scale.h"
 
 namespace planar_mapping {

@@ -11,8 +11,8 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
-#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/beliefs/feature_beliefs.h"
+#include "planar_mapping/geometry/camera.h"
 
 namespace planar_mapping {
 

@@ -14,7 +14,7 @@ namespace {
 
 const std::vector<std::string> kTopKeys = {"version", "profile", "seed",        "threads",
                                            "inputs",  "poses",   "calibration", "frames",
-                                           "plugins", "scale",   "stages", "up"};
+                                           "plugins", "scale",   "stages",      "up"};
 
 }  // namespace
 

@@ -135,9 +135,8 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
   }
   const std::size_t dot = target.find('.');
   if (dot == std::string::npos) {
-    const bool settable =
-        target == "seed" || target == "threads" || target == "scale" || target == "frames" ||
-        target == "up";
+    const bool settable = target == "seed" || target == "threads" || target == "scale" ||
+                          target == "frames" || target == "up";
     if (settable) {
       readTopEntry(target, value, report);
     } else if (target != "profile") {

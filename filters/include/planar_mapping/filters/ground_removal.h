@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
-#include "planar_mapping/ground/ground.h"
 #include "planar_mapping/filters/detail/point_filter.h"
+#include "planar_mapping/ground/ground.h"
 #include "planar_mapping/pcl/point_types.h"
 
 namespace planar_mapping {

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
+#include "planar_mapping/base/spelling.h"
+#include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/localization/odometry/frame_features.h"
 #include "planar_mapping/localization/odometry/local_map.h"
 #include "planar_mapping/localization/odometry/motion_refinement.h"
-#include "planar_mapping/base/lists.h"
-#include "planar_mapping/base/spelling.h"
-#include "planar_mapping/base/error.h"
-#include "planar_mapping/geometry/angles.h"
 
 namespace planar_mapping {
 namespace {

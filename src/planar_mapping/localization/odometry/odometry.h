@@ -12,8 +12,8 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
-#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/beliefs/feature_beliefs.h"
+#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping {

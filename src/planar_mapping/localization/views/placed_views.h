@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/localization/registration/view_agreement.h"
 #include "planar_mapping/localization/views/view_map.h"
+#include "planar_mapping/stereo/features/feature_detection.h"
 
 namespace planar_mapping {
 

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/localization/views/placed_views.h"
+#include "planar_mapping/stereo/cv_image.h"
 
 namespace planar_mapping {
 namespace {

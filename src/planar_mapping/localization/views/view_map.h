@@ -11,9 +11,9 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/geometry/camera.h"
+#include "planar_mapping/io/image_file.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 #include "planar_mapping/localization/registration/surface_map.h"
-#include "planar_mapping/io/image_file.h"
 
 namespace planar_mapping {
 

@@ -7,11 +7,11 @@
 #include <future>
 #include <limits>
 
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/stereo/features/stereo_features.h"
 #include "planar_mapping/stereo/features/track_memory.h"
-#include "planar_mapping/base/parallel.h"
 
 namespace planar_mapping {
 namespace {
