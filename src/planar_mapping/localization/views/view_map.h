@@ -98,11 +98,6 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   Location locate(const ViewPtr& view, const Pose& guess,
                   const std::vector<PoseCandidate>& candidates, ViewGuess known) const;
 
-  /// The views, for another process to continue with; bytes of the same build.
-  std::string saveState() const;
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes);
-
  private:
   std::unique_ptr<PlacedViews> views_;
 };
