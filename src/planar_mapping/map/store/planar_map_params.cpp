@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/base/number_text.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/number_text.h"
 #include "planar_mapping/map/store/unknown_space.h"
 
 namespace planar_mapping {
@@ -72,6 +72,12 @@ PlanarMapParams PlanarMapParams::resolvedFor(const CloudScale& scale) const {
   resolved.approximation.up.normalize();
   resolved.unknown_space = unknown_space && scale.has_sensor;
   return resolved;
+}
+
+Vector3 originNear(const Vector3& place) {
+  constexpr double kFar = 10000.0;  // metres
+  constexpr double kStep = 1000.0;  // metres
+  return (place.array().abs() > kFar).select(kStep * (place / kStep).array().round(), 0.0);
 }
 
 void PlanarMapParams::validate() const {

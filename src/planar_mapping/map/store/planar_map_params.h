@@ -6,8 +6,8 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/cuboids/cuboid_approximation.h"
-#include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 
 namespace planar_mapping {
 
@@ -86,5 +86,9 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// \throws ParameterError
   void validate() const;
 };
+
+/// [ours] Origin of a map of a place whose coordinates are too large for cells: the place to a
+/// kilometre along each axis where it is farther than 10 km, else 0.
+PLANAR_MAPPING_EXPORT Vector3 originNear(const Vector3& place);
 
 }  // namespace planar_mapping

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "planar_mapping/geometry/cuboid.h"
+#include "planar_mapping/map/sensor/depth_image.h"
 #include "planar_mapping/map/store/key_map.h"
 #include "planar_mapping/map/store/planar_map_params.h"
-#include "planar_mapping/map/sensor/depth_image.h"
 #include "planar_mapping/map/store/space_region.h"
 
 namespace planar_mapping::detail {
@@ -85,6 +85,11 @@ class UnknownSpace {
               blocks.cellsOf(i));
       }
     }
+  }
+  /// Calls visit(cell coordinates >> 5) for every region of which something is stored.
+  template <typename Visit>
+  void forEachRegion(Visit&& visit) const {
+    for (const std::uint64_t key : regions_.keys()) visit(unpackKey(key));
   }
   struct PlacedBlock {
     Int3 at;
