@@ -105,6 +105,12 @@ CLI::Option* addChecked(CLI::App& command, const char* names, Value& value,
   return command.add_option(names, value, text)->capture_default_str()->check(check);
 }
 
+/// For clouds in millimetres and the like.
+inline void addScaleOption(CLI::App& command, double& scale) {
+  addChecked(command, "--scale", scale, numberIn(1e-6, 1e6),
+             "Metres a unit of the clouds and their VIEWPOINT, 0.001 for millimetres");
+}
+
 /// Exactly N finite numbers with commas between them. \throws UsageError naming the option
 template <std::size_t N>
 std::array<double, N> numbersOf(const std::string& option, const std::string& text) {

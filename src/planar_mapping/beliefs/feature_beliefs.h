@@ -92,22 +92,12 @@ class PLANAR_MAPPING_EXPORT FeatureBeliefs {
   std::size_t frames() const { return static_cast<std::size_t>(frame_); }
   /// Forgets everything but the parameters.
   void clear();
-  /// What is kept between frames: see core/base/detail/state_archive.h.
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(known_, seen_in_, now_, frame_);
-  }
 
  private:
   struct Track {
     double belief = 0.0;
     Vector3 position = Vector3::Zero();  ///< when last seen, relative to the sensor then
     std::int64_t frame = 0;              ///< when last seen
-
-    template <typename Archive>
-    void visitState(Archive& archive) {
-      archive(belief, position, frame);
-    }
   };
   /// Of a frame.
   struct Place {
@@ -115,11 +105,6 @@ class PLANAR_MAPPING_EXPORT FeatureBeliefs {
     Pose T_sensor_chain = Pose::Identity();
     Matrix6 covariance = Matrix6::Zero();  ///< of the chain up to the frame
     std::size_t tracks = 0;                ///< last seen in it
-
-    template <typename Archive>
-    void visitState(Archive& archive) {
-      archive(chain, T_sensor_chain, covariance, tracks);
-    }
   };
 
   double factorOf(const Track& track, const Vector3& position, double pose_factor) const;

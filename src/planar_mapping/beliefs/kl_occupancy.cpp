@@ -8,7 +8,6 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/point_indices.h"
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/beliefs/dense_features.h"
 #include "planar_mapping/beliefs/tracked_cells.h"
 #include "planar_mapping/geometry/cloud_scale.h"
@@ -47,12 +46,6 @@ struct KlOccupancy::Impl {
   bool has_before = false;      ///< a frame taken by tracks, ...
   std::optional<Pose> T_world_before;
   bool before_is_last = false;  ///< ... which is the one before
-
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(tracks, cell_beliefs, has_before, T_world_before, before_is_last, found_axis);
-    if constexpr (Archive::kReads) useParams();
-  }
 
   void useParams() {
     occupancy = params.beliefs.occupancy;
@@ -186,13 +179,6 @@ void KlOccupancy::reset() {
   impl_->cell_beliefs.clear();
   impl_->has_before = impl_->before_is_last = false;
   impl_->found_axis.reset();
-}
-
-std::string KlOccupancy::saveState() const {
-  return detail::stateOf(*impl_);
-}
-void KlOccupancy::loadState(std::string_view bytes) {
-  detail::restoreState(*impl_, bytes);
 }
 
 KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
