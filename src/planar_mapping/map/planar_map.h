@@ -91,7 +91,9 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// \param T_map_other  from the world of the other to ours; where it is no motion by whole cells
   ///                     non-planar cells and space are resampled, cell by nearest cell
   /// \throws InputError if profile, resolution or thickness differ, up axes by more than 10 degrees
-  ///         where the pose puts them, the pose is no rigid motion, or one of the maps is finished
+  ///         where the pose puts them, the pose is no rigid motion, one of the maps is finished,
+  ///         the other would lie beyond kReach cells, or space of more than 2^14 regions of 32 x 32
+  ///         x 32 cells would have to be resampled; the map is then as before
   FrameUpdate merge(const PlanarMap& other, const Pose& T_map_other = Pose::Identity());
   /// Forgets everything but the parameters. \throws InputError if the map is finished
   void clear();
