@@ -104,7 +104,8 @@ struct BoxCover {
 };
 
 /// Few axis-aligned boxes on the lattice of half cells for what no present cuboid covers, and the
-/// choice between them and small rectangles of planes: greedy by what each newly stands for.
+/// choice between them and small rectangles of planes: rectangles stay where that takes no more
+/// cuboids.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes
