@@ -120,11 +120,12 @@ class CoverSearch {
     for (const Cuboid& cuboid : present_) window.allow(cuboid);
     const auto kept = window.cover(sets, cover.boxes);
     cover.is_clutter = !kept;
-    // Rectangles tell a surface better than boxes: all stay where that takes no more cuboids.
+    // Rectangles tell a surface better than boxes: all stay where that takes one cuboid more at
+    // most.
     const std::size_t cuboids = (kept ? kept->size() : 0) + cover.boxes.size();
-    if (kept && cuboids >= replaceable_.size()) {
+    if (kept) {
       std::vector<Cuboid> boxes = boxesBesideAll();
-      if (replaceable_.size() + boxes.size() <= cuboids) {
+      if (replaceable_.size() + boxes.size() <= cuboids + 1) {
         cover.boxes = std::move(boxes);
         return;
       }
