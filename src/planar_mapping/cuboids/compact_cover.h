@@ -104,8 +104,7 @@ struct BoxCover {
 };
 
 /// Few axis-aligned boxes on the lattice of half cells for what no present cuboid covers, and the
-/// choice between them and small rectangles of planes: these stay where that takes at most one more
-/// cuboid.
+/// choice between them and small rectangles of planes: greedy by what each newly stands for.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes

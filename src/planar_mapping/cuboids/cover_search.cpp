@@ -120,34 +120,9 @@ class CoverSearch {
     for (const Cuboid& cuboid : present_) window.allow(cuboid);
     const auto kept = window.cover(sets, cover.boxes);
     cover.is_clutter = !kept;
-    // Rectangles tell a surface better than boxes: all stay where that takes one cuboid more at
-    // most.
-    const std::size_t cuboids = (kept ? kept->size() : 0) + cover.boxes.size();
-    if (kept) {
-      std::vector<Cuboid> boxes = boxesBesideAll();
-      if (replaceable_.size() + boxes.size() <= cuboids + 1) {
-        cover.boxes = std::move(boxes);
-        return;
-      }
-    }
     cover.kept.assign(replaceable_.size(), 0);
     if (!kept) return;
     for (const std::size_t i : *kept) cover.kept[i] = 1;
-  }
-
-  /// Boxes beside all of the replaceable cuboids, which are present from then on.
-  std::vector<Cuboid> boxesBesideAll() {
-    for (const ReplaceableCuboid& r : replaceable_) {
-      present_.push_back(r.cuboid);
-      reaches_.emplace_back(r.cuboid, margin_);
-    }
-    CoverWindow window(rangeOf(elements_, 0, surfaces_.front()), params_);
-    window.leaveTo(reaches_);
-    std::vector<Cuboid> boxes;
-    if (!window.anyRequired()) return boxes;
-    for (const Cuboid& cuboid : present_) window.allow(cuboid);
-    window.cover({}, boxes);
-    return boxes;
   }
 
   /// Boxes for elements part by part, where no cuboid is.
