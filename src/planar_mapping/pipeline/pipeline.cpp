@@ -322,7 +322,7 @@ FrameReport Pipeline::report(const Frame& frame) {
   // Counting takes as long as many frames once the map is large.
   if (2 * map_.frames() >= 3 * counted_frames_ && map_.frames() > counted_frames_) {
     counted_frames_ = map_.frames();
-    cuboids_ = map_.cuboidCount();
+    cuboids_ = map_.cuboidCountAtMost();
   }
   FrameReport report;
   report.number = frame.number;

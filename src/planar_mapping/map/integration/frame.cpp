@@ -7,8 +7,8 @@
 #include <iterator>
 #include <string>
 
-#include "planar_mapping/base/simd.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/simd.h"
 
 namespace planar_mapping::detail {
 namespace {
