@@ -17,10 +17,6 @@ constexpr double kMissMarginFar = 1.0;  // of a scan, or with a known depth erro
 /// ... and so much of what it covers in the image is measured: cameras have holes at edges and
 /// where little is reflected, and a leg that is narrower than a cell is often no more than a hole.
 constexpr double kSeenThrough = 0.6;
-/// Where rays below a cell end on a floor, this fraction of those that cross it must not.
-constexpr double kMostRays = 0.5;
-/// A surface that rays graze more than this is looked at as if by this: the cosine.
-constexpr double kMinFacing = 0.1;
 /// How densely the rays of a scanner lie is counted within so many times the size of a cell.
 constexpr double kAround = 4.0;
 /// Of a scan only a ray that passes within so many resolutions of the middle of a cell looks
@@ -126,9 +122,10 @@ class MissTest {
   /// floor nearer than its far side?
   bool isCrossed(const UnseenCell& cell) const {
     const double radius = 0.5 * resolution_;
-    const double behind = (radius + margin_) / std::max(std::abs(cell.facing), kMinFacing);
+    const double behind = (radius + margin_) / std::abs(cell.facing);
     const DepthImage::Crossing rays = image_.crossingOf(cell.centre, cell.normal, radius, behind);
-    return rays.rays > 0 && rays.beyond >= (noise_ ? kSeenThroughNoise : kMostRays) * rays.rays;
+    return noise_ ? rays.rays > 0 && rays.beyond >= kSeenThroughNoise * rays.rays
+                  : 2 * rays.beyond > rays.rays;
   }
   /// Is enough measured over a cell that all which is measured over it lies beyond? Thirds of
   /// looks.
