@@ -52,10 +52,10 @@ constexpr double kBehindErrors = 2.0;
 
 /// A cell that got no point of the frame, as planes and non-planar cells see it.
 struct UnseenCell {
-  Vector3 centre;         ///< in the camera's frame
-  Vector3 normal;         ///< of its surface; towards the camera for a cell without one
-  double facing = 1.0;    ///< cosine between its surface and the ray; 1 for a cell without one
-  double errors = 0.0;    ///< so many depth errors behind what is measured it is still looked at
+  Vector3 centre;       ///< in the camera's frame
+  double facing = 1.0;  ///< cosine between its surface and the ray; 1 for a cell without one
+  double errors = 0.0;  ///< so many depth errors behind what is measured it is still looked at
+  bool is_planar = true;
   bool is_proven = true;  ///< one look that does not confirm it is not enough to lose it
 };
 
@@ -96,7 +96,7 @@ class MissTest {
     if ((all.inside || !image_.isSparse()) && is_seen && all.far <= max_range_) {
       if (isPassed(cell, all, all.far + margin_))
         looks = image_.isSparse() ? passedByRays(cell, all) : passedByPixels(cell);
-      else if (!image_.isSparse() && isCrossed(cell))
+      else if (!image_.isSparse() && !cell.is_planar && isCrossed(cell))
         looks = kWholeLook;
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
@@ -118,14 +118,12 @@ class MissTest {
     const DepthImage::Sides sides = image_.sidesOf(cell.centre, half_, all.near - margin_, depth);
     return sides.at == 0 && sides.before <= kStray * sides.beyond;
   }
-  /// Do most rays that cross the cell end behind it, though others that pass below it end on a
-  /// floor nearer than its far side?
+  /// Do nearly all rays that cross a cell without a plane end behind it, though others that pass
+  /// below it end on a floor nearer than its far side?
   bool isCrossed(const UnseenCell& cell) const {
     const double radius = 0.5 * resolution_;
-    const double behind = (radius + margin_) / std::abs(cell.facing);
-    const DepthImage::Crossing rays = image_.crossingOf(cell.centre, cell.normal, radius, behind);
-    return noise_ ? rays.rays > 0 && rays.beyond >= kSeenThroughNoise * rays.rays
-                  : 2 * rays.beyond > rays.rays;
+    const DepthImage::Crossing rays = image_.crossingOf(cell.centre, radius, radius + margin_);
+    return rays.rays > 0 && rays.beyond >= kSeenThroughNoise * rays.rays;
   }
   /// Is enough measured over a cell that all which is measured over it lies beyond? Thirds of
   /// looks.
@@ -269,7 +267,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
           origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
       // A surface seen from behind cannot be seen at all.
       const double facing = -normal.dot(centre) / centre.norm();
-      own.through[at] = test.looksThrough({centre, normal, facing});
+      own.through[at] = test.looksThrough({centre, facing});
     }
     if (own.through != TileLooks().through) looks[packKey(ta, tb)] = own;
   };
@@ -338,9 +336,8 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
         const bool is_proven =
             !is_fragile || block.belief(static_cast<std::size_t>(bit)) > unproven;
-        const Vector3 seen_at = test.image().toCamera(centre);
-        const int looks =
-            test.looksThrough({seen_at, seen_at.normalized(), 1.0, kBehindErrors, is_proven});
+        const int looks = test.looksThrough(
+            {test.image().toCamera(centre), 1.0, kBehindErrors, false, is_proven});
         if (looks <= 0) continue;
         changed = true;
         if (seen == nullptr) seen = &frame.cell_hits[key];
