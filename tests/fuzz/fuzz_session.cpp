@@ -7,8 +7,8 @@
 #include <future>
 
 #include "fuzz.h"
-#include "planar_mapping/transport/message.h"
 #include "planar_mapping/transport/frame_listener.h"
+#include "planar_mapping/transport/message.h"
 #include "transport_frames.h"
 
 using namespace planar_mapping;
@@ -88,6 +88,8 @@ std::uint64_t takeAll(FrameListener& listener) {
                     "a cloud of the size it says");
       ++taken;
     }
+    listener.close();
+    listener.confirm();
   });
   return taken;
 }

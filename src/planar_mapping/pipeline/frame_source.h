@@ -44,6 +44,11 @@ class PLANAR_MAPPING_EXPORT FrameSource {
   /// \return how many there were, at most \p count
   /// \throws as next()
   virtual std::size_t skip(std::size_t count);
+  /// No frame is asked for from here on, and a result is about to be saved: what the source holds
+  /// of the system is given back.
+  virtual void close() {}
+  /// The result is safe: who sent the frames may hear of it.
+  virtual void confirm() {}
 };
 
 }  // namespace planar_mapping

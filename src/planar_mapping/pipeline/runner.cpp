@@ -89,10 +89,12 @@ class Run {
     } catch (const Error& error) {
       // What was done so far is worth keeping; without any frame there is nothing to save.
       if (statistics_.usedFrames() == 0) throw;
+      source_.close();
       log(std::string("failed: ") + error.what());
       save(true);
       throw;
     }
+    source_.close();
     checkResult();
     // A map of nothing must not replace one of something.
     result_.saved = !result_.interrupted || statistics_.frames() > 0 || !hasEarlierResult();
