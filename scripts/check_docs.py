@@ -2,7 +2,7 @@
 """Checks README.md, CHANGELOG.md, CONTRIBUTING.md and docs/; exit 1 with a line per problem.
 
 - Relative links and their anchors resolve.
-- Lines have at most 160 columns, but for the generated docs/parameters.md and docs/dev/constants.md.
+- Lines have at most 160 columns, but for the generated docs/parameters.md.
 - Rows of a table begin and end with |, one a line, each with as many cells as its heading.
 - A block of code after `<!-- examples/FILE -->` stands in that file, but for indentation; `// ...` leaves lines out.
 - `stage.key=value` names a key of docs/parameters.md, `test_name` a test, a path of the sources exists, and
@@ -15,7 +15,7 @@ import sys
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 MAX_COLUMNS = 160
-GENERATED = ("docs/parameters.md", "docs/dev/constants.md")
+GENERATED = ("docs/parameters.md",)
 SNIPPET = re.compile(r"^<!-- (examples/\S+) -->\n+```\w*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 FOLDERS = "src|filters|segmentation|surface|pcl_adapter|tools|config|scripts|examples|tests|benchmarks|docs|cmake"

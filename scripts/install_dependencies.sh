@@ -17,7 +17,7 @@ packages=(
 )
 # Without one of these its tests are left out.
 test_packages=(
-  xvfb xauth doxygen librapidcheck-dev
+  clang-format clang-tidy xvfb xauth doxygen librapidcheck-dev
   python3-zstandard python3-pytest python3-matplotlib
   libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d  # readers of exports
   libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev                               # examples/ros1

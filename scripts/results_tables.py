@@ -2,8 +2,7 @@
 """The tables of docs/results.md from the output of scripts/reproduce.sh:
 
     scripts/results_tables.py OUT                            prints them
-    scripts/results_tables.py OUT --write PAGE...            replaces them in docs/results.md and README.md; parts that
-                                                             were not run stay as they are
+    scripts/results_tables.py OUT --write docs/results.md    replaces them there; parts that were not run stay as they are
 """
 import json
 import os
@@ -16,7 +15,7 @@ INPUTS = [("simulated", "corridor", "corridor"), ("simulated", "outdoor", "outdo
           ("rgbd_tartanair_corridor", "", "TartanAir corridor"), ("rgbd_icl_livingroom", "", "ICL living room"),
           ("rgbd_icl_five", "", "ICL, five views"), ("stereo_euroc_room", "", "EuRoC room"),
           ("stereo_kitti_street", "", "KITTI street")]
-SHORT = (0.05, 0.1, 0.3)  # sizes of the longer tables
+SHORT = (0.05, 0.1, 0.3)  # cell sizes of the tables; the summary counts all
 LESS_IS_BETTER = [("cells", "cells"), ("error", "error_percent"), ("wrong of what is marked", "wrong_fraction"),
                   ("surface distance, median", "surface_median_m"), ("surface distance, 95th", "surface_p95_m"),
                   ("free marked occupied", "free_space_violation"), ("free not known", "free_not_known"),
@@ -73,26 +72,22 @@ def method_tables(out):
     sizes = head("input", "s m", "memory kB SG / OG / RA / PG", "file kB RA / `.bt` / `.bt` zstd / `.ot` / finished / full",
                  "ms a frame SG / OG / RA / no planes / PG")
     all_rows = []
-    overview = head("s = 0.1 m", "standard grid", "OctoMap", "cuboids (RMAP)", "ours without planes", "**planar_mapping**",
-                    "free space marked, %: OctoMap / no planes / ours")
     four = ("SG", "OG", "no_planes", "PG")
     for folder, scene, name in INPUTS:
         for s, of in rows_of(out, folder, scene):
             all_rows.append(of)
+            if s not in SHORT:
+                continue
             count = [f"{of[m]['cells']:.0f}" for m in ("SG", "OG", "RA", "PG_paper", "no_planes", "PG")]
             count[-1] = f"**{count[-1]}**"
             pg = of["PG"]["cells"]
             cells.append(line(name, s, *count, f"{pg / of['RA']['cells']:.2f}", f"{pg / of['no_planes']['cells']:.2f}",
                               f"{of['PG']['combination_efficiency']:.3f}"))
-            if s == 0.1:
-                overview.append(line(name, *count[:3], *count[4:], joined(of, four[1:], "free_space_violation", 100)))
             files = [of["RA"]["file_bytes"], of["OG"]["file_bytes"], of["OG"]["compressed_bytes"], of["OG"]["ot_bytes"],
                      of["PG"]["finished_bytes"], of["PG"]["file_bytes"]]
             sizes.append(line(name, s, " / ".join(short(of[m]["memory_bytes"] / 1e3) for m in ("SG", "OG", "RA", "PG")),
                               " / ".join(short(size / 1e3) for size in files),
                               joined(of, ("SG", "OG", "RA", "no_planes", "PG"), "time_ms_per_frame")))
-            if s not in SHORT:
-                continue
             if of["PG"]["error_percent"] is not None:
                 error.append(line(name, s, joined(of, four, "error_percent"), joined(of, four, "wrong_fraction", 100),
                                   joined(of, four[1:], "completeness", 100), joined(of, four[1:], "completeness_quarter", 100)))
@@ -112,7 +107,7 @@ def method_tables(out):
                 signs = [(a > b + equal) - (a < b - equal) for a, b in pairs if a is not None and b is not None]
                 counts.append(", ".join(str(signs.count(x * sign)) for x in (-1, 0, 1)) if signs else "")
             summary.append(line(name, *counts))
-    return {"overview": overview, "summary": summary, "cells": cells, "error": error, "cover": cover, "space": space, "sizes": sizes}
+    return {"summary": summary, "cells": cells, "error": error, "cover": cover, "space": space, "sizes": sizes}
 
 
 def regimes(out):

@@ -1,17 +1,23 @@
 #!/usr/bin/env python3
-"""What each internal constant of the rooms of the method does: the table of docs/dev/constants.md.
+"""What each internal constant and mechanism does: the table docs/dev/constants.csv.
 
-    scripts/sensitivity.py WORK DATA                              measures, prints Markdown
-    scripts/sensitivity.py WORK DATA --write docs/dev/constants.md
-    scripts/sensitivity.py WORK DATA --only planes/organized      constants whose name holds this; --table prints what was measured
+    scripts/sensitivity.py WORK DATA --write docs/dev/constants.csv     measures, writes
+    scripts/sensitivity.py --list --write docs/dev/constants.csv        lists the constants of today; keeps what was measured before
+    scripts/sensitivity.py WORK DATA --only planes/organized            constants whose name holds this
 
-The library core is built in WORK from a copy of the sources that reads every tuned constant from the environment; the programs planar_map and
-sensitivity_figures of a finished build (--build) of the same sources run with it. Each constant is halved and doubled on inputs that chose none of them.
-Constants that the language needs at compile time, limits and sizes of blocks are "technical"; DERIVED holds those with a formula.
-Results are kept in WORK/results.json, so that it can be stopped and started again.
+The libraries are built in WORK from a copy of the sources that reads every tuned constant from the environment; the programs planar_map and
+sensitivity_figures of a finished build (--build) of the same sources run with them. Each constant is halved and doubled, each mechanism is switched off, on
+inputs that chose none of them: random rooms and yards (seeds 941 to 948, 961, 962), the room `white` (seeds 951, 971), every 9th, 13th and 17th frame of
+rgbd_icl_livingroom from the second on; mechanisms on labelled clouds too. Results are kept in WORK/results.json: it can be stopped and started again.
+
+Columns: name (file:constant, or off:mechanism), value, kind, half, twice (off for mechanisms: the figures that moved, `nothing`, or empty where it was not
+measured). Kinds: derived (by a formula), technical (limits of types, sentinels, sizes of blocks, what the compiler needs), sensitive (a figure moved),
+bound of work, numerical, no effect (on these inputs), not measured.
 """
 import argparse
 import concurrent.futures
+import csv
+import io
 import itertools
 import json
 import math
@@ -69,21 +75,20 @@ ELSEWHERE = {
                                                        "0: 10 of them lose a wall",
     "localization/registration/view_agreement:kMaxTurn": "[bricks](motion.md#how-the-motion-is-found)",
 }
+# Those that hold constants.
+LIBRARIES = ["planar_mapping_" + name for name in ("core", "map", "io", "stereo", "pipeline")]
 # Inputs of the constants below a folder (the first that fits); see groups().
 IMAGES = ["metric", "metric_white", "disparity", "disparity_white"]
 ROOMS = [("planes/organized", IMAGES), ("planes/tiles", IMAGES), ("planes/disparity", ["disparity", "disparity_white"]),
          ("planes/unorganized", ["unorganized"]), ("planes/surface_leaves", ["unorganized"]), ("planes/point_cells", ["unorganized", "ransac"]),
          ("planes/plane_patches", ["unorganized", "ransac", "metric"]), ("planes/multi_ransac", ["ransac", "features"]),
          ("planes/from_features", ["features"]), ("planes/assumed", ["white"]), ("planes", ["metric", "disparity", "unorganized", "ransac"]),
-         ("ground/upright", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_", ["scale", "unorganized"]),
+         ("ground/up.", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_", ["scale", "unorganized"]),
          ("geometry", ["motion_features"]), ("localization/odometry", ["motion_features", "motion_rgbd"]),
          ("localization/registration", ["motion_clouds", "motion_rgbd", "motion_far"]), ("", ["map_rgbd", "map_simulated", "map_walk"])]
 # Mechanisms that can be switched off: name, file below src/planar_mapping, text, text without it.
 OFF = '::planar_mapping::tunable<int>("off:%s", 0)'
 MECHANISMS = [
-    ("folds", "planes/organized/organized_planes.cpp", "  cutFolds(tiles,", "  if (!OFF) cutFolds(tiles,"),
-    ("joining across folds", "planes/organized/metric_fit.cpp",
-     "|| isFold(one, other, joined, *this)", "|| (!OFF && isFold(one, other, joined, *this))"),
     ("settling of edges", "planes/organized/organized_planes.cpp", "  if (!pixels.isNoisy()) return;", "  if (OFF || !pixels.isNoisy()) return;"),
     ("agreement of surroundings", "planes/organized/organized_planes.cpp", "  freeDisagreeing(cloud,", "  if (!OFF) freeDisagreeing(cloud,"),
     ("bent surfaces", "planes/tiles/organized_coherence.cpp", "} else if (!test.may_bend &&", "} else if (!OFF && !test.may_bend &&"),
@@ -110,7 +115,6 @@ MECHANISMS = [
      "const bool significant = isSignificant(", "const bool significant = OFF || isSignificant("),
     ("company of leaves", "planes/unorganized/leaf_voters.h",
      "return agree >= kMinCompany * (agree + oppose);", "return OFF || agree >= kMinCompany * (agree + oppose);"),
-    ("crowded cells", "planes/surface_leaves.cpp", "if (grid.sums[cell].n < kCrowd) continue;", "if (OFF || grid.sums[cell].n < kCrowd) continue;"),
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
     ("occluding edges", "localization/registration/surface_shape.cpp", "if (!cloud.isOrganized())", "if (OFF || !cloud.isOrganized())"),
@@ -241,7 +245,7 @@ def build(work, table):
                     "-DPLANAR_MAPPING_BUILD_TESTS=OFF", "-DPLANAR_MAPPING_BUILD_EXAMPLES=OFF"],
                    cwd=tree, check=True, stdout=subprocess.DEVNULL)
     for _ in range(8):
-        run = subprocess.run(["ninja", "-C", "build", "-j2", "-k", "0", "planar_mapping_core"], cwd=tree,
+        run = subprocess.run(["ninja", "-C", "build", "-j2", "-k", "0", *LIBRARIES], cwd=tree,
                              capture_output=True, text=True, check=False)
         if run.returncode == 0:
             return
@@ -408,32 +412,38 @@ def short(value):
 def row_of(key, entry, results, base):
     value = entry["text"]
     if key in DERIVED:
-        return [key, value, "derived: " + DERIVED[key], ""]
+        return [key, value, "derived: " + DERIVED[key], "", ""]
     if entry["technical"]:
-        return [key, value, "technical", ""]
+        return [key, value, "technical", "", ""]
     if key not in results:
-        return [key, value, "not measured", ""]
+        return [key, value, "not measured", ELSEWHERE.get(key, ""), ""]
     cells = []
-    for factor, groups in zip(("off",) if key.startswith("off:") else ("half", "twice"), results[key]):
+    for groups in results[key]:
         parts = []
         for group, figures in groups.items():
             parts += [f"{group} {name} {short(b)} > {short(a)}" for name, (b, a) in sorted(changes(base[group], figures).items())]
-        cells.append(f"{factor}: " + ("; ".join(parts) if parts else "nothing"))
-    moved = any("nothing" not in cell for cell in cells)
+        cells.append("; ".join(parts) if parts else "nothing")
+    moved = any(cell != "nothing" for cell in cells)
     unmoved = next((kind for kind, names in BOUNDS.items() if names.search(key)), "no effect")
-    return [key, value, "sensitive" if moved else unmoved, " / ".join(cells)]
+    return [key, value, "sensitive" if moved else unmoved, *(cells + [""])[:2]]
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("work")
-    parser.add_argument("data")
+    parser.add_argument("work", nargs="?")
+    parser.add_argument("data", nargs="?")
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), help="with bin/planar_map and bin/sensitivity_figures")
     parser.add_argument("--only", default="")
     parser.add_argument("-j", type=int, default=1, help="programs at once")
     parser.add_argument("--write")
     parser.add_argument("--table", action="store_true", help="print what was measured")
+    parser.add_argument("--list", action="store_true", help="measure nothing")
     arguments = parser.parse_args()
+    if arguments.list:
+        write(arguments.write, rows_of_table(constants(ROOT), {"base": {}, "results": {}}, measured_before(arguments.write)))
+        return
+    if not arguments.data:
+        parser.error("WORK and DATA, or --list")
     work = os.path.abspath(arguments.work)
     os.makedirs(work, exist_ok=True)
     table = constants(copies(work)[0])
@@ -469,10 +479,14 @@ def main():
                 with open(kept, "w", encoding="utf-8") as file:
                     json.dump(state, file)
     there = constants(ROOT)  # what has gone since the copy was made is left out
-    rows = [row_of(key, entry, state["results"], state["base"]) for key, entry in sorted(table.items()) if key in there]
-    text = markdown(rows, state)
-    if arguments.write:
-        with open(arguments.write, "w", encoding="utf-8") as file:
+    table = {key: entry for key, entry in table.items() if key in there}
+    write(arguments.write, rows_of_table(table, state, measured_before(arguments.write)))
+
+
+def write(path, rows):
+    text = table_text(rows)
+    if path:
+        with open(path, "w", encoding="utf-8") as file:
             file.write(text)
     else:
         print(text)
@@ -485,40 +499,32 @@ def load_technical(work, table):
                 table[key]["technical"] = True
 
 
-INTRODUCTION = """# Internal constants of core
-
-Made by `scripts/sensitivity.py`, which says how. Each constant is halved and doubled, each mechanism switched off; a row lists the figures that moved.
-
-- *derived*: by the formula that is named. *technical*: a limit of a type, a sentinel, a size of a block, or a number that the compiler needs.
-- *sensitive*: a figure moved. *no effect*: none did, **on these inputs**: a constant of a case that none of them has says nothing by that.
-- *bound of work*, *numerical*: where a search, a sample or a table ends, and tolerances of arithmetic; none moved a figure.
-- *not measured*: no row yet. `PLANAR_TUNE="KEY=VALUE"` sets any of them by hand.
-
-Inputs: random rooms and yards of the seeds 941 to 948, 961 and 962 (`benchmarks/sensitivity`), the room `white` of seeds 951 and 971, every 9th, 13th and
-17th frame of `rgbd_icl_livingroom` from the second on. No page of `docs/dev` names them as what chose a constant of core; the living room took part in the
-choice of `rim_pixels` of `rgbd_indoor.yaml`. `labelled` are clouds of [results](../results.md), some of which did choose; they are for mechanisms only.
-What was measured *elsewhere*, by hand, says on what; `isMerged()` has seven of its thresholds in
-[automatic parameters](automatic_parameters.md#merged-clouds-ismerged).
-"""
+def table_text(rows):
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["name", "value", "kind", "half", "twice"])
+    writer.writerows(rows)
+    return out.getvalue()
 
 
-def markdown(rows, state):
-    kinds = ("derived", "technical", "sensitive", *BOUNDS, "no effect", "not measured")
-    count = {kind: sum(row[2].split(":")[0] == kind for row in rows) for kind in kinds}
-    lines = [INTRODUCTION, "Constants: " + ", ".join(f"{number} {kind}" for kind, number in count.items()) + ".", "", "## Without any change", ""]
-    lines += ["| input | figures |", "|---|---|"]
-    lines += [f"| {group} | " + ", ".join(f"{name} {short(value)}" for name, value in figures.items() if name != "ms") + " |"
-              for group, figures in sorted(state["base"].items()) if group != "labelled"]
-    lines += ["", "## Mechanisms", "", "| switched off | file | figures that moved |", "|---|---|---|"]
-    for mechanism, end, _, _ in MECHANISMS:
-        row = row_of("off:" + mechanism, {"text": end, "technical": False}, state["results"], state["base"])
-        lines.append(f"| {mechanism} | `{end}` | {row[3].replace('off: ', '') or row[2]} |")
-    lines += ["", "## Constants", "", "| constant | value | kind | half and twice |", "|---|---|---|---|"]
-    for row in rows:
-        if row[0] in ELSEWHERE:
-            row[3] = "; elsewhere: ".join(filter(None, (row[3], ELSEWHERE[row[0]])))
-        lines.append("| " + " | ".join(cell.replace("|", "or") for cell in row) + " |")
-    return "\n".join(lines) + "\n"
+def rows_of_table(table, state, before):
+    """A row per mechanism and constant; where this run measured nothing, what the table said of the same value before."""
+    entries = [("off:" + m, {"text": end, "technical": False}) for m, end, _, _ in MECHANISMS] + sorted(table.items())
+    rows = []
+    for key, entry in entries:
+        row = row_of(key, entry, state["results"], state["base"])
+        old = before.get(key)
+        if row[2] == "not measured" and old and old[1] == row[1]:
+            row = old
+        rows.append(row)
+    return rows
+
+
+def measured_before(path):
+    if not path or not os.path.exists(path):
+        return {}
+    with open(path, encoding="utf-8") as file:
+        return {row[0]: row for row in csv.reader(file)}
 
 
 if __name__ == "__main__":

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/export/occupancy_grid.h"
+#include "planar_mapping/io/map_file.h"
 
 namespace {
 

@@ -17,8 +17,8 @@
 #include <visualization_msgs/msg/marker_array.hpp>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/export/occupancy_grid.h"
+#include "planar_mapping/io/map_file.h"
 
 namespace {
 

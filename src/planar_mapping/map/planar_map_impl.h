@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "planar_mapping/map/cuboids/compaction.h"
-#include "planar_mapping/map/file/map_record.h"
 #include "planar_mapping/map/cuboids/cuboid_index.h"
+#include "planar_mapping/map/file/map_record.h"
 #include "planar_mapping/map/store/map_data.h"
 
 namespace planar_mapping {
@@ -61,7 +61,7 @@ struct PlanarMap::Impl {
   void finish(const std::vector<Cuboid>& cuboids);
 
   /// The compaction; the lock of the cache is held.
-  detail::Compaction& compacted(CoverEffort effort) const;
+  detail::Compaction& compacted() const;
   /// What is occupied.
   struct Occupied {
     const std::vector<Cuboid>& cuboids;

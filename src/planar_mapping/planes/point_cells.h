@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/point_sums.h"
 #include "planar_mapping/grid/cell_table.h"
-#include "planar_mapping/base/types.h"
 
 namespace planar_mapping::detail {
 
@@ -32,9 +32,5 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
                       double fraction_in_company);
 
 PointCells buildPointCells(const PointsView& points, const Indices* indices, double side);
-
-/// The points of the cells with split[cell] != 0 in cells of 1 / 2^levels of the side.
-PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
-                      const std::vector<char>& split, int levels);
 
 }  // namespace planar_mapping::detail

@@ -8,9 +8,9 @@
 #include <numeric>
 #include <utility>
 
-#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/geometry/oriented_box.h"
+#include "planar_mapping/io/export/exported_map.h"
 
 namespace planar_mapping::io {
 namespace {

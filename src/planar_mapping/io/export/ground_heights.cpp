@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/base/lists.h"
+#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/io/export/occupancy_grid.h"
 
 namespace planar_mapping::io {

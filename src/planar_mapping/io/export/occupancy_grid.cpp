@@ -8,10 +8,10 @@
 #include <optional>
 #include <utility>
 
-#include "planar_mapping/io/export/exported_map.h"
-#include "planar_mapping/io/export/floors.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/oriented_box.h"
+#include "planar_mapping/io/export/exported_map.h"
+#include "planar_mapping/io/export/floors.h"
 
 namespace planar_mapping::io {
 namespace {

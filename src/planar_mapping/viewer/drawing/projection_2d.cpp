@@ -14,9 +14,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "planar_mapping/viewer/drawing/canvas.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/export/occupancy_grid.h"
+#include "planar_mapping/viewer/drawing/canvas.h"
 #include "planar_mapping/viewer/scene/ground.h"
 
 namespace planar_mapping {
