@@ -384,12 +384,13 @@ TEST_F(HostilePeers, OnceClosedNoConnectionIsTakenAndDescriptorsAreThere) {
 }
 
 TEST_F(HostilePeers, AFloodDoesNotStopTheFrontEnd) {
-  listen();
+  listen(60.0);
   startToMap();
   std::atomic<bool> done{false};
+  std::atomic<int> connections{0};
   std::thread flood([&]() {
     const std::string noise(65536, 'x');
-    for (int connections = 0; connections < 500 && !done; ++connections) {
+    for (; connections < 1000 && !done; ++connections) {
       try {
         TcpPeer peer = tcpPeer();
         for (int i = 0; i < 20 && peer.send(noise) && !done; ++i) continue;
@@ -398,6 +399,7 @@ TEST_F(HostilePeers, AFloodDoesNotStopTheFrontEnd) {
       }
     }
   });
+  while (connections < 200) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   expectTheRunSucceeds();
   done = true;
   flood.join();
