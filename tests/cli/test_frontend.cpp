@@ -119,6 +119,24 @@ TEST_F(FrontendTest, AnInterruptedFrontEndEndsBothSidesCleanly) {
   EXPECT_TRUE(exists("out/map.pmap"));
 }
 
+TEST_F(FrontendTest, AMapperThatIsBehindOutlivesAnInterruptedFrontEnd) {
+  Mapper mapper(*this,
+                runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--timeout", "2"}));
+  ProgramOptions options;
+  bool sent = false;
+  options.while_running = [&](pid_t process, const std::string&) {
+    if (sent || !mapper.hasFrames(2)) return;
+    sent = true;
+    mapper.signal(SIGSTOP);
+    ::kill(process, SIGINT);
+  };
+  expectExit(130, frontEnd(mapper.port(), clouds(30), options), "interrupted after");
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  mapper.signal(SIGCONT);
+  expectExit(4, mapper.wait());
+  EXPECT_EQ(0, planarMap({"info", directory_ / "out/map.pmap"}).exit_code);
+}
+
 TEST_F(FrontendTest, AnInterruptedMapperSavesAndTellsTheFrontEnd) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
   auto sender =
