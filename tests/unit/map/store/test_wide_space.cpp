@@ -167,7 +167,7 @@ TEST(WideSpace, MovedSpaceIsWhatEachOfItsCellsWasByItsMiddle) {
       const UnknownSpace moved = detail::movedSpace(space, 0.1, T);
       const Pose back = T.inverse();
       std::size_t unknown = 0, different = 0;
-      detail::forEachPlace({-120, -120, -60}, {160, 160, 80}, [&](const Int3& cell) {
+      detail::forEachPlace({-64, -64, -32}, {96, 64, 48}, [&](const Int3& cell) {
         const Vector3 middle = 0.1 * Vector3(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
         const Vector3 from = (back * middle) / 0.1;
         // On the border between two cells rounding decides.
