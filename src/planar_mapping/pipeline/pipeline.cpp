@@ -90,6 +90,15 @@ std::size_t pointsLeft(const Frame& frame) {
   return frame.indices.size() + frame.ground.size();
 }
 
+/// How many features a frame has, and how many of them were seen before.
+void countFeatures(const std::vector<KeyFeature>& all, std::size_t& features,
+                   std::size_t& matches) {
+  if (all.empty()) return;
+  features = all.size();
+  matches = static_cast<std::size_t>(std::count_if(
+      all.begin(), all.end(), [](const KeyFeature& one) { return one.sightings > 1; }));
+}
+
 }  // namespace
 
 Pipeline::Pipeline(Configuration configuration)
@@ -101,7 +110,7 @@ Pipeline::Pipeline(Configuration configuration)
 FrameReport Pipeline::process(Frame& frame) {
   const Clock::time_point start = Clock::now();
   if (!frame.front_end_done) runFrontEnd(frame, false);  // dense cloud, key features (III-B)
-  if (!usesKeyFeatures(frame)) frame.key_features.clear();
+  if (!usesKeyFeatures(frame, 0)) frame.key_features.clear();
   moveToOrigin(frame);
   findUsablePoints(frame);
   const std::size_t statistics = frame.statistics.size();
@@ -137,7 +146,7 @@ void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
     frame.skip_reason =
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";
   if (pictures != 0) last_pictures_ = pictures;
-  const bool with_features = for_others || usesKeyFeatures(frame);
+  const bool with_features = for_others || usesKeyFeatures(frame, 0);
   const auto runs = [&](const ConfiguredStage& stage) {
     return stage.enabled && (with_features || stage.kind != StageKind::Features);
   };
@@ -166,6 +175,8 @@ void Pipeline::runMotion(Frame& frame) {
     const ConfiguredStage& stage = configuration_.stages[i];
     if (stage.kind == StageKind::Points && stage.enabled) hideRemovedPoints(frame);
   }
+  countFeatures(frame.key_features, frame.features, frame.matches);
+  if (frame.pose_taken && !usesKeyFeatures(frame, sensing_size_)) frame.key_features.clear();
 }
 
 void Pipeline::runMapping(Frame& frame) {
@@ -209,9 +220,10 @@ bool Pipeline::hasStage(StageKind kind) const {
   return planar_mapping::hasStage(configuration_, kind);
 }
 
-bool Pipeline::usesKeyFeatures(const Frame& frame) const {
-  return std::any_of(configuration_.stages.begin(), configuration_.stages.end(),
-                     [&frame](const ConfiguredStage& configured) {
+/// Whether a stage from \p first on does.
+bool Pipeline::usesKeyFeatures(const Frame& frame, std::size_t first) const {
+  return std::any_of(configuration_.stages.begin() + static_cast<std::ptrdiff_t>(first),
+                     configuration_.stages.end(), [&frame](const ConfiguredStage& configured) {
                        return configured.enabled && configured.stage->usesKeyFeatures(frame);
                      });
 }
@@ -344,13 +356,8 @@ FrameReport Pipeline::report(const Frame& frame) {
   report.points_beyond = frame.update.points_beyond;
   report.features = frame.features;
   report.matches = frame.matches;
+  countFeatures(frame.key_features, report.features, report.matches);
   report.inliers = frame.inliers;
-  if (!frame.key_features.empty()) {
-    const auto was_seen = [](const KeyFeature& feature) { return feature.sightings > 1; };
-    report.features = frame.key_features.size();
-    report.matches = static_cast<std::size_t>(
-        std::count_if(frame.key_features.begin(), frame.key_features.end(), was_seen));
-  }
   report.planes = frame.planes.size();
   report.planes_new = frame.update.planes_new;
   report.planes_matched = frame.update.planes_matched;

@@ -15,6 +15,8 @@ namespace {
 constexpr double kPatience = 1.0;  // seconds until it says that it waits
 constexpr int kReconnectMs = 100;  // and from there up to
 constexpr int kMaxReconnectMs = 1000;
+constexpr int kHeartbeatMs = 1000;  // answered by ZeroMQ, also while a frame is mapped
+constexpr int kMaxSilenceMs = 5000;
 constexpr std::size_t kMaxKept = 2;  // frames: one on its way, and the next one
 constexpr int kHandshakeFailed =
     ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL;
@@ -87,6 +89,8 @@ class FrontEnd {
     configure(socket_, address_, options_.keys, kMaxControlBody);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);
     socket_.set(zmq::sockopt::reconnect_ivl_max, kMaxReconnectMs);
+    socket_.set(zmq::sockopt::heartbeat_ivl, kHeartbeatMs);
+    socket_.set(zmq::sockopt::heartbeat_timeout, kMaxSilenceMs);
     if (!options_.keys.peers.empty())
       socket_.set(zmq::sockopt::curve_serverkey, options_.keys.peers.front());
     const std::string events = "inproc://events" + std::to_string(++connections_);
