@@ -76,6 +76,7 @@ void overLoopback(benchmark::State& state, CloudEncoding encoding, bool with_key
     (void)listener.kind();
     const auto start = std::chrono::steady_clock::now();
     while (listener.next()) continue;
+    listener.confirm();
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     state.SetIterationTime(passed.count() / kFramesSent);
     bytes += static_cast<double>(sender.get().bytes_sent) / kFramesSent;

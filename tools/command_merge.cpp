@@ -69,7 +69,8 @@ struct PlacedMap {
   PlanarMap map;
   Pose pose;
 
-  /// The map that began first comes first; of those without times the one that looks smaller.
+  /// The map that began first comes first; of those that began together the one whose file looks
+  /// smaller.
   bool isBefore(const PlacedMap& other) const {
     const auto key = [](const PlacedMap& placed) {
       const Eigen::Matrix4d T = placed.pose.matrix();
@@ -78,7 +79,10 @@ struct PlacedMap {
     };
     const auto mine = key(*this), others = key(other);
     if (mine.first != others.first) return mine.first < others.first;
-    const std::vector<std::uint8_t> bytes = map.serialize(), other_bytes = other.map.serialize();
+    const auto bytesOf = [](const PlacedMap& placed) {
+      return io::readWholeFile(io::mapFileOf(placed.path));
+    };
+    const std::vector<std::uint8_t> bytes = bytesOf(*this), other_bytes = bytesOf(other);
     return bytes != other_bytes ? bytes < other_bytes : mine.second < others.second;
   }
 };

@@ -189,7 +189,12 @@ RunResult runOnNetwork(const RunArguments& arguments, RunOptions options) {
     if (progress) progress(done, all, report);
   };
   try {
-    return runPipeline(std::move(configuration), *source, options);
+    RunResult result = runPipeline(std::move(configuration), *source, options);
+    if (!result.interrupted) source->confirm();
+    return result;
+  } catch (const OutputError& error) {
+    if (!has_map) throw;
+    throw InputError(error.what());  // the front-end ends with the same exit code
   } catch (const InputError& error) {
     if (!has_map) throw;
     throw InputError(std::string(error.what()) + "; the map made so far is in " + options.output +

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
 #include <atomic>
 #include <chrono>
 #include <future>
@@ -72,6 +75,12 @@ class FrontendTest : public CliTest {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (process_ > 0) ::kill(process_, number);
     }
+    /// Limits a resource of the process, of the system (RLIMIT_...).
+    void limit(__rlimit_resource resource, rlim_t value) const {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const rlimit limits = {value, value};
+      ASSERT_EQ(0, ::prlimit(process_, resource, &limits, nullptr));
+    }
     ProgramResult wait() { return result_.get(); }
 
    private:
@@ -95,8 +104,8 @@ class FrontendTest : public CliTest {
                          const ProgramOptions& options = {}) const {
     return planarMap(joined({"frontend", "--connect", endpoint}, more), options);
   }
-  /// Sends the front-end a signal once the mapper has mapped some frames. The window keeps the
-  /// front-end at most five frames ahead, so that a longer sequence is never done by then.
+  /// Sends the front-end a signal once the mapper has mapped some frames. The front-end is at most
+  /// three frames ahead, so that a longer sequence is never done by then.
   static ProgramOptions killAfter(const Mapper& mapper, int frames, int number) {
     ProgramOptions options;
     const auto sent = std::make_shared<bool>(false);  // a second SIGINT would not be clean

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frontend_fixture.h"
+#include "tcp_peer.h"
 
 namespace planar_mapping {
 namespace {
@@ -120,6 +121,24 @@ TEST_F(FrontendTest, AnInterruptedFrontEndEndsBothSidesCleanly) {
   EXPECT_TRUE(exists("out/map.pmap"));
 }
 
+TEST_F(FrontendTest, AMapperThatIsBehindOutlivesAnInterruptedFrontEnd) {
+  Mapper mapper(*this,
+                runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--timeout", "2"}));
+  ProgramOptions options;
+  bool sent = false;
+  options.while_running = [&](pid_t process, const std::string&) {
+    if (sent || !mapper.hasFrames(2)) return;
+    sent = true;
+    mapper.signal(SIGSTOP);
+    ::kill(process, SIGINT);
+  };
+  expectExit(130, frontEnd(mapper.port(), clouds(30), options));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  mapper.signal(SIGCONT);
+  expectExit(4, mapper.wait());
+  EXPECT_EQ(0, planarMap({"info", directory_ / "out/map.pmap"}).exit_code);
+}
+
 TEST_F(FrontendTest, AnInterruptedMapperSavesAndTellsTheFrontEnd) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
   auto sender =
@@ -144,6 +163,40 @@ TEST_F(FrontendTest, MemoryDoesNotGrowWithTheSequence) {
   EXPECT_LT(many.first, few.first + 3000);
   EXPECT_LT(many.second, few.second + 6000);
 #endif
+}
+
+TEST_F(FrontendTest, IdleConnectionsOfStrangersDoNotCostTheMap) {
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  const std::string port = mapper.port();
+  mapper.limit(RLIMIT_NOFILE, 120);
+  std::atomic<bool> is_over{false};
+  auto strangers = std::async(std::launch::async, [&]() {
+    mapper.waitForFrames(2);
+    std::vector<TcpPeer> idle;
+    for (int i = 0; i < 300 && !is_over; ++i) {
+      try {
+        idle.push_back(TcpPeer::to(static_cast<std::uint16_t>(std::stoi(port)), 0.2));
+      } catch (const std::runtime_error&) {  // the mapper takes no more
+      }
+    }
+    while (!is_over) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  });
+  const ProgramResult sent = frontEnd(port, clouds(16));
+  const ProgramResult mapped = mapper.wait();
+  is_over = true;
+  expectExit(0, sent);
+  expectExit(0, mapped);
+  EXPECT_EQ(0, planarMap({"info", directory_ / "out/map.pmap"}).exit_code);
+}
+
+TEST_F(FrontendTest, AFailedSaveEndsBothSidesWithCode4) {
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  const std::string port = mapper.port();
+  mapper.limit(RLIMIT_FSIZE, 100);
+  expectExit(4, frontEnd(port, clouds(3)), "the mapping side could not save the map");
+  const ProgramResult mapped = expectExit(4, mapper.wait());
+  EXPECT_NE(std::string::npos, mapped.err.find("File too large")) << mapped.err;
+  EXPECT_FALSE(exists("out/map.pmap"));
 }
 
 TEST_F(FrontendTest, AnInterruptedWaitEndsAtOnce) {

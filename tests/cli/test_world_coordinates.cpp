@@ -7,6 +7,7 @@
 
 #include "cli_fixture.h"
 #include "planar_mapping/base/crc32.h"
+#include "wide_map.h"
 
 namespace planar_mapping {
 namespace {
@@ -226,6 +227,9 @@ class Limits : public CliTest {
     runOn(room(), {"--force"});
     return planarMap({"query", directory_ / "out/map.pmap", option, value, "--range", "1e9"});
   }
+  std::string mapOf(const std::string& name, const std::vector<std::uint8_t>& bytes) const {
+    return write(name, std::string(bytes.begin(), bytes.end()));
+  }
   /// A header that is right but for the size of what it holds.
   ProgramResult mapFile() const {
     std::string file = std::string("PMAP\5\0\0\0", 8) + std::string("\0\0\0\0\0\1\0\0", 8);
@@ -271,6 +275,18 @@ TEST_F(Limits, AreThoseOfTheDocumentation) {
          return cloud(xyz);
        }},
       {"map file, content", [&] { return mapFile(); }},
+      {"map, space to resample",
+       [&] {
+         const std::string poses = write("poses.txt", "0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0.6 0.8\n");
+         return planarMap({"merge", mapOf("a.pmap", test::wideMap(27, 2)),
+                           mapOf("b.pmap", test::wideMap(27, 2, 1.0)), "--poses", poses, "-o",
+                           directory_ / "out.pmap"});
+       }},
+      {"map, space to list",
+       [&] {
+         return planarMap(
+             {"convert", mapOf("cut.pmap", test::cutMap(200)), directory_ / "out.pgm"});
+       }},
       {"query, ray", [&] { return query("--ray", "1e6,0,0,-1,0.001,0"); }},
   };
   const std::vector<Row> rows = rowsOfTheTable();

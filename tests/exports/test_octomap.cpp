@@ -11,6 +11,7 @@
 #include "map_scene.h"
 #include "planar_mapping/base/error.h"
 #include "run_program.h"
+#include "wide_map.h"
 
 namespace planar_mapping {
 namespace {
@@ -121,6 +122,22 @@ TEST(OctoMapFile, WallOnTheLinesOfTheGridIsOneCellThick) {
   octomap::OcTree tree(file.path());
   tree.expand();
   EXPECT_EQ(tree.getNumLeafNodes(), 200u);
+}
+
+TEST(OctoMapFile, WideFreeSpaceIsWrittenAsPrunedNodes) {
+  const TemporaryDirectory directory;
+  for (const std::int32_t side : {1, 8, 55}) {
+    const std::vector<std::uint8_t> bytes = test::wideMap(side);
+    const PlanarMap map = PlanarMap::deserialize(bytes.data(), bytes.size());
+    const std::string path = directory / (std::to_string(side) + ".bt");
+    io::exportMap(map, path);
+    octomap::OcTree tree(path);
+    const double end = 3.2 * side;
+    EXPECT_EQ(stateIn(tree, Vector3::Constant(0.05)), 'f');
+    EXPECT_EQ(stateIn(tree, Vector3::Constant(end - 0.05)), 'f');
+    EXPECT_EQ(stateIn(tree, Vector3::Constant(end + 0.05)), '?');
+    EXPECT_LE(tree.getNumLeafNodes(), side < 55 ? 1U : 30000U);
+  }
 }
 
 /// Another decoder of the format.

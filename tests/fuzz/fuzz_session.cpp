@@ -88,6 +88,8 @@ std::uint64_t takeAll(FrameListener& listener) {
                     "a cloud of the size it says");
       ++taken;
     }
+    listener.close();
+    listener.confirm();
   });
   return taken;
 }

@@ -99,7 +99,7 @@ def word(value):
     return struct.pack("<I", len(value)) + value
 
 
-def frame(encoding, points_of_cloud):
+def frame(points_of_cloud):
     pose = struct.pack("<12d", 1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3)
     feature = struct.pack("<qifff3d", 7, 2, 1.0, 2.0, float("nan"), 0.1, 0.2, 2.0)
     return (struct.pack("<Qd", 1, 0.5) + word(b"left/0.png") + word(b"") + b"\0\1\0\0" + pose + b"\1" + pose +
@@ -107,16 +107,18 @@ def frame(encoding, points_of_cloud):
             struct.pack("<3Q", 4, 1, 1) + struct.pack("<I", 1) + feature + struct.pack("<II", 0, 1) +
             word(b"stereo_ms") + struct.pack("<d", 3) + struct.pack("<Id", 1, 12.5) +
             struct.pack("<I", 1) + word(b"note") + struct.pack("<I", 0) +
-            struct.pack("<IIBB", 2, 2, 0, encoding) + points_of_cloud)
+            struct.pack("<IIB", 2, 2, 0) + points_of_cloud)
 
 
-seed("message", "envelope", b"\0" + struct.pack("<IHHQ", 0x45464D50, 6, 3, 1))
-seed("message", "welcome", b"\1" + word(b"version: 1\n") + struct.pack("<QIQ", 3, 4, 65536))
+seed("message", "envelope", b"\0" + struct.pack("<IHHQ", 0x45464D50, 7, 3, 1))
+seed("message", "welcome", b"\1" + word(b"version: 1\n") + struct.pack("<QQ", 3, 65536))
 seed("message", "count", b"\2" + struct.pack("<Q", 6))
 seed("message", "bye", b"\3\1" + word(b"why"))
 seed("message", "input", b"\4\0\2" + struct.pack("<QQ", 6, 77) + word(b"name"))
-seed("message", "raw", b"\5" + frame(0, struct.pack("<12f", *range(12))) + word(b""))
-seed("message", "compact", b"\5" + frame(1, b"\0" + b"\x81\x80\x80\x80\x08\1\2" * 3) + word(b"gray"))
+coordinates = numpy.arange(12, dtype=numpy.float32).reshape(4, 3)
+fields = frame(coordinates.view(numpy.uint8).reshape(4, 12).T.tobytes())
+seed("message", "raw", b"\5\0" + fields + word(b""))
+seed("message", "packed", b"\5\1" + zstandard.ZstdCompressor(level=1).compress(fields + word(b"gray")))
 
 for i in range(20):
     seed("session", str(i), bytes(random.randrange(256) for _ in range(20 + 10 * i)))

@@ -4,8 +4,10 @@
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -16,10 +18,14 @@ namespace planar_mapping {
 /// A TCP connection to 127.0.0.1, or a socket listening there, that speaks no ZeroMQ.
 class TcpPeer {
  public:
-  static TcpPeer to(std::uint16_t port) {
+  static TcpPeer to(std::uint16_t port, double patience_s = 5.0) {
     TcpPeer peer;
-    sockaddr_in address = loopback(port);
-    if (::connect(peer.descriptor_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0) {
+    const timeval patience{static_cast<time_t>(patience_s),
+                           static_cast<suseconds_t>(1e6 * (patience_s - std::floor(patience_s)))};
+    ::setsockopt(peer.descriptor_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof(patience));
+    const sockaddr_in address = loopback(port);
+    if (::connect(peer.descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) !=
+        0) {
       throw std::runtime_error("cannot connect");
     }
     return peer;
@@ -53,6 +59,13 @@ class TcpPeer {
   bool send(const std::string& bytes) {
     return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
            static_cast<ssize_t>(bytes.size());
+  }
+  /// Until so many bytes came, for 5 s at most.
+  bool waitForBytes(std::size_t count) {
+    const timeval patience{5, 0};
+    ::setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+    std::string bytes(count, '\0');
+    return ::recv(descriptor_, bytes.data(), count, MSG_WAITALL) == static_cast<ssize_t>(count);
   }
 
  private:

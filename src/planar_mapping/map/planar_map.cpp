@@ -255,14 +255,7 @@ static_assert(PlanarMap::kReach == detail::kLatticeLimit);
 std::size_t PlanarMap::unknownCells() const {
   const std::size_t counted = impl_->unknown_cells.load(std::memory_order_acquire);
   if (counted != Impl::kNotCounted) return counted;
-  const detail::KeyMap<detail::CubeBits> unknown =
-      impl_->spaceCells(CellState::Unknown, impl_->unknownBox());
-  std::size_t count = 0;
-  for (const detail::CubeBits& cube : unknown.values()) {
-    for (const std::uint64_t word : cube) {
-      count += static_cast<std::size_t>(__builtin_popcountll(word));
-    }
-  }
+  const std::size_t count = impl_->spaceCells(CellState::Unknown, impl_->unknownBox()).count();
   impl_->unknown_cells.store(count, std::memory_order_release);
   return count;
 }

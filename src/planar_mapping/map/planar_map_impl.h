@@ -69,7 +69,7 @@ struct PlanarMap::Impl {
   };
   Occupied occupied() const;
   /// Cells of a state that no cuboid occupies. They are many: they are not kept.
-  detail::KeyMap<detail::CubeBits> spaceCells(CellState state, const detail::SpaceBox& box) const {
+  detail::SpaceCells spaceCells(CellState state, const detail::SpaceBox& box) const {
     return detail::spaceCells(data.space, state, box, occupied().cuboids, data.unknownResolution());
   }
   /// Where unknown space is listed.

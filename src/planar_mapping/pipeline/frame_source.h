@@ -41,6 +41,11 @@ class PLANAR_MAPPING_EXPORT FrameSource {
   /// next. Frames that went through the front-end elsewhere have `front_end_done`.
   /// \throws IoError, InputError if no further frame can be had; what was done so far is saved
   virtual std::optional<Frame> next() = 0;
+  /// No frame is asked for from here on, and a result is about to be saved: what the source holds
+  /// of the system is given back.
+  virtual void close() {}
+  /// The result is safe: who sent the frames may hear of it.
+  virtual void confirm() {}
 };
 
 }  // namespace planar_mapping

@@ -74,10 +74,12 @@ class Run {
     } catch (const Error& error) {
       // What was done so far is worth keeping; without any frame there is nothing to save.
       if (statistics_.usedFrames() == 0 || !mayReplace()) throw;
+      source_.close();
       log(std::string("failed: ") + error.what());
       save(true);
       throw;
     }
+    source_.close();
     if (!result_.interrupted) requireMap();
     // A map of nothing, or of less, must not replace one of something.
     result_.saved =

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cfloat>
+#include <zstd.h>
+
 #include <cmath>
 #include <limits>
 
@@ -9,132 +10,11 @@
 namespace planar_mapping::transport {
 namespace {
 
-constexpr std::size_t kRawPointBytes = 3 * sizeof(float);
-constexpr std::size_t kMaxVarintBytes = 5;
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr std::size_t kPointBytes = 3 * sizeof(float);
+constexpr int kCompressionLevel = 1;  // the fastest: a frame takes milliseconds
 
 bool isFinite(const pcl::PointXYZ& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
-/// Floats as integers of the same order: neighbours differ by one, and no bit is lost.
-std::uint32_t orderedBits(float value) {
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &value, sizeof(bits));
-  return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
-}
-float fromOrderedBits(std::uint32_t ordered) {
-  const std::uint32_t bits = (ordered & 0x80000000U) != 0 ? ordered & 0x7FFFFFFFU : ~ordered;
-  float value = 0.0F;
-  std::memcpy(&value, &bits, sizeof(value));
-  return value;
-}
-
-/// Small differences of either sign become small numbers (zigzag).
-std::uint32_t zigzag(std::uint32_t difference) {
-  return (difference << 1U) ^ (0U - (difference >> 31U));
-}
-std::uint32_t fromZigzag(std::uint32_t value) {
-  return (value >> 1U) ^ (0U - (value & 1U));
-}
-
-/// Coordinate of the ray of a pixel at depth z: one product, rounded once, the same on every
-/// machine. 0 beyond the range of a float.
-float onRay(double slope, float z) {
-  const double value = slope * static_cast<double>(z);
-  return std::abs(value) <= static_cast<double>(FLT_MAX) ? static_cast<float>(value) : 0.0F;
-}
-
-/// Slopes of the rays of all columns or rows; empty if one is not finite.
-std::vector<double> slopes(std::uint32_t count, double centre, double focal_length) {
-  std::vector<double> result(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    result[i] = (static_cast<double>(i) - centre) / focal_length;
-    if (!std::isfinite(result[i])) return {};
-  }
-  return result;
-}
-
-/// Seven bits a byte, lowest first, the top bit set on all bytes but the last.
-std::uint8_t* putVarint(std::uint8_t* out, std::uint64_t value) {
-  for (; value >= 0x80U; value >>= 7U) *out++ = static_cast<std::uint8_t>(value | 0x80U);
-  *out++ = static_cast<std::uint8_t>(value);
-  return out;
-}
-
-std::uint64_t takeVarint(ByteReader& reader, std::uint64_t max_value) {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 7 * kMaxVarintBytes; shift += 7) {
-    const std::uint64_t byte = *reader.take(1, "points");
-    value |= (byte & 0x7FU) << shift;
-    if (byte < 0x80U && value <= max_value) return value;
-  }
-  ByteReader::fail("points", "holds a number of more than 32 bits");
-}
-
-/// A hole is a 0; a point is three differences, the first plus 1.
-Bytes compactPoints(const FrameCloud& cloud, const PinholeCamera& camera) {
-  const std::vector<double> rows = slopes(cloud.height, camera.cy, camera.fy);
-  const std::vector<double> columns = slopes(cloud.width, camera.cx, camera.fx);
-  if (rows.size() * columns.size() != cloud.size()) return {};
-  Bytes bytes(cloud.size() * 3 * kMaxVarintBytes);
-  std::uint8_t* out = bytes.data();
-  std::uint32_t before = orderedBits(0.0F);
-  const pcl::PointXYZ* p = cloud.points.data();
-  for (const double row : rows) {
-    for (const double column : columns) {
-      const pcl::PointXYZ& point = *p++;
-      if (!isFinite(point)) {
-        *out++ = 0;
-        continue;
-      }
-      const std::uint32_t depth = orderedBits(point.z);
-      out = putVarint(out, std::uint64_t{zigzag(depth - before)} + 1);
-      out = putVarint(out, zigzag(orderedBits(point.x) - orderedBits(onRay(column, point.z))));
-      out = putVarint(out, zigzag(orderedBits(point.y) - orderedBits(onRay(row, point.z))));
-      before = depth;
-    }
-  }
-  bytes.resize(static_cast<std::size_t>(out - bytes.data()));
-  return bytes;
-}
-
-void readCompactPoints(ByteReader& reader, const PinholeCamera& camera, FrameCloud& cloud) {
-  const std::vector<double> rows = slopes(cloud.height, camera.cy, camera.fy);
-  const std::vector<double> columns = slopes(cloud.width, camera.cx, camera.fx);
-  if (rows.size() * columns.size() != cloud.size())
-    ByteReader::fail("camera", "does not suit the cloud");
-  constexpr std::uint64_t kMax = std::numeric_limits<std::uint32_t>::max();
-  const auto difference = [&reader]() {
-    return fromZigzag(static_cast<std::uint32_t>(takeVarint(reader, kMax)));
-  };
-  std::uint32_t depth = orderedBits(0.0F);
-  pcl::PointXYZ* p = cloud.points.data();
-  for (const double row : rows) {
-    for (const double column : columns) {
-      pcl::PointXYZ& point = *p++;
-      const std::uint64_t first = takeVarint(reader, kMax + 1);
-      if (first == 0) {
-        point = {kNaN, kNaN, kNaN};
-        continue;
-      }
-      depth += fromZigzag(static_cast<std::uint32_t>(first - 1));
-      const float z = fromOrderedBits(depth);
-      const float x = fromOrderedBits(orderedBits(onRay(column, z)) + difference());
-      const float y = fromOrderedBits(orderedBits(onRay(row, z)) + difference());
-      point = {x, y, z};
-      if (!isFinite(point)) ByteReader::fail("points", "holds a value that is not finite");
-    }
-  }
-}
-
-void readRawPoints(ByteReader& reader, FrameCloud& cloud) {
-  const std::uint8_t* in = reader.take(cloud.size() * kRawPointBytes, "points");
-  for (pcl::PointXYZ& point : cloud.points) {
-    std::memcpy(point.data, in, kRawPointBytes);
-    in += kRawPointBytes;
-    if (!isFinite(point)) point = {kNaN, kNaN, kNaN};
-  }
 }
 
 constexpr std::size_t kMaxFeatures = 1000000;
@@ -185,11 +65,9 @@ bool isColumnName(const std::string& name) {
          name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") == std::string::npos;
 }
 
-/// The same rules for what is sent and what is received; Problem is InputError or ProtocolError.
-template <typename Problem>
 void check(const Frame& frame) {
   const auto require = [](bool holds, const char* what) {
-    if (!holds) throw Problem(std::string("field '") + what + "' is out of range");
+    if (!holds) ByteReader::fail(what, "is out of range");
   };
   require(std::isfinite(frame.timestamp), "timestamp");
   require(isRigid(frame.T_world_sensor), "T_world_sensor");
@@ -285,70 +163,77 @@ std::vector<std::string> firstOf(const std::vector<std::string>& texts) {
   return {texts.begin(), texts.begin() + count};
 }
 
-void writeCloud(ByteWriter& writer, const FrameCloud& cloud,
-                const std::optional<PinholeCamera>& camera, CloudEncoding encoding) {
+// The bytes of a cloud's floats by significance, all first ones before all second ones: those of
+// neighbours are alike, and zstd finds them.
+void writeCloud(ByteWriter& writer, const FrameCloud& cloud) {
   if (std::size_t{cloud.width} * cloud.height != cloud.size())
     throw InputError("a cloud of " + std::to_string(cloud.width) + " x " +
                      std::to_string(cloud.height) + " has " + std::to_string(cloud.size()) +
                      " points");
-  Bytes points;
-  if (camera && encoding == CloudEncoding::Compact) points = compactPoints(cloud, *camera);
-  const bool is_compact = !points.empty() && points.size() < cloud.size() * kRawPointBytes;
   writer.number(cloud.width, "width");
   writer.number(cloud.height, "height");
   writer.number(cloud.is_dense, "is_dense");
-  writer.enumeration(is_compact ? CloudEncoding::Compact : CloudEncoding::Raw,
-                     CloudEncoding::Compact, "encoding");
-  if (is_compact) return writer.put(points.data(), points.size());
-  writer.bytes.reserve(writer.bytes.size() + cloud.size() * kRawPointBytes);
-  for (const pcl::PointXYZ& point : cloud.points) writer.put(point.data, kRawPointBytes);
+  const std::size_t begin = writer.bytes.size();
+  writer.bytes.resize(begin + cloud.size() * kPointBytes);
+  std::uint8_t* out = writer.bytes.data() + begin;
+  for (std::size_t k = 0; k < kPointBytes; ++k) {
+    for (const pcl::PointXYZ& point : cloud.points)
+      *out++ = reinterpret_cast<const std::uint8_t*>(point.data)[k];
+  }
 }
 
-FrameCloud::Ptr readCloud(ByteReader& reader, const std::optional<PinholeCamera>& camera,
-                          std::size_t max_points) {
+FrameCloud::Ptr readCloud(ByteReader& reader) {
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   auto cloud = pcl::make_shared<FrameCloud>();
-  CloudEncoding encoding = CloudEncoding::Raw;
   reader.number(cloud->width, "width");
   reader.number(cloud->height, "height");
   reader.number(cloud->is_dense, "is_dense");
-  reader.enumeration(encoding, CloudEncoding::Compact, "encoding");
-  const bool is_compact = encoding == CloudEncoding::Compact;
   const std::uint64_t size = std::uint64_t{cloud->width} * cloud->height;
+  const std::size_t most = reader.left() / kPointBytes;
   // No side of an empty cloud is longer either: memory is taken for it.
-  if (size > max_points || size > reader.left() / (is_compact ? 1 : kRawPointBytes) ||
-      std::max(cloud->width, cloud->height) > max_points) {
+  if (size > most || std::max(cloud->width, cloud->height) > most)
     ByteReader::fail("points", "has too many items");
-  }
-  if (is_compact && !camera) ByteReader::fail("camera", "is missing for a compact cloud");
   cloud->points.resize(static_cast<std::size_t>(size));
-  is_compact ? readCompactPoints(reader, *camera, *cloud) : readRawPoints(reader, *cloud);
+  const std::uint8_t* in = reader.take(cloud->size() * kPointBytes, "points");
+  for (std::size_t k = 0; k < kPointBytes; ++k) {
+    for (pcl::PointXYZ& point : cloud->points)
+      reinterpret_cast<std::uint8_t*>(point.data)[k] = *in++;
+  }
+  for (pcl::PointXYZ& point : cloud->points) {
+    if (!isFinite(point)) point = {kNaN, kNaN, kNaN};
+  }
   return cloud;
 }
 
-}  // namespace
-
-Bytes encodeFrame(const InputDescription& input, std::uint64_t position, const Frame& frame,
-                  CloudEncoding encoding) {
-  if (frame.cloud == nullptr) throw InputError("a frame without a cloud cannot be sent");
-  check<InputError>(frame);
-  ByteWriter writer;
-  writer.bytes = encode(input, Count{position});
-  transferFields(writer, frame);
-  transferNotes(writer, firstOf(frame.notes), "notes");
-  transferNotes(writer, firstOf(frame.warnings), "warnings");
-  writeCloud(writer, *frame.cloud, frame.camera, encoding);
-  writeImage(writer, frame);
-  return std::move(writer.bytes);
+Bytes packed(const Bytes& bytes) {
+  Bytes out(ZSTD_compressBound(bytes.size()));
+  const std::size_t size =
+      ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kCompressionLevel);
+  if (ZSTD_isError(size) != 0) throw Error("a frame cannot be compressed");
+  out.resize(size);
+  return out;
 }
 
-Frame decodeFrame(ByteReader& reader, std::size_t max_points) {
+/// Takes no more memory than the limit, whatever the data announces.
+Bytes unpacked(ByteReader& reader, std::size_t max_bytes) {
+  const std::size_t size = reader.left();
+  const std::uint8_t* data = reader.take(size, "frame");
+  const unsigned long long announced = ZSTD_getFrameContentSize(data, size);
+  if (announced > max_bytes) ByteReader::fail("frame", "is damaged or too large");
+  Bytes bytes(static_cast<std::size_t>(announced));
+  if (ZSTD_decompress(bytes.data(), bytes.size(), data, size) != bytes.size())
+    ByteReader::fail("frame", "is damaged");
+  return bytes;
+}
+
+Frame readFrame(ByteReader reader) {
   Frame frame;
   frame.front_end_done = true;
   transferFields(reader, frame);
   transferNotes(reader, frame.notes, "notes");
   transferNotes(reader, frame.warnings, "warnings");
-  check<ProtocolError>(frame);
-  frame.cloud = readCloud(reader, frame.camera, max_points);
+  check(frame);
+  frame.cloud = readCloud(reader);
   const std::size_t tiles =
       std::size_t{frame.cloud->width / kEvenTileSide} * (frame.cloud->height / kEvenTileSide);
   if (!frame.even.empty() && frame.even.size() != tiles)
@@ -356,6 +241,39 @@ Frame decodeFrame(ByteReader& reader, std::size_t max_points) {
   readImage(reader, frame);
   reader.expectEnd();
   return frame;
+}
+
+}  // namespace
+
+Bytes encodeFrame(const InputDescription& input, std::uint64_t position, const Frame& frame,
+                  CloudEncoding encoding, std::size_t max_bytes) {
+  if (frame.cloud == nullptr) throw InputError("a frame without a cloud cannot be sent");
+  ByteWriter fields;
+  transferFields(fields, frame);
+  transferNotes(fields, firstOf(frame.notes), "notes");
+  transferNotes(fields, firstOf(frame.warnings), "warnings");
+  writeCloud(fields, *frame.cloud);
+  writeImage(fields, frame);
+  if (fields.bytes.size() > max_bytes)
+    throw InputError("frame " + std::to_string(position) + " takes " +
+                     std::to_string(fields.bytes.size()) + " bytes, and the mapping side takes " +
+                     std::to_string(max_bytes) +
+                     " at most; start it with a larger --max-message-mb");
+  const bool is_raw = encoding == CloudEncoding::Raw;
+  const Bytes body = is_raw ? std::move(fields.bytes) : packed(fields.bytes);
+  ByteWriter writer;
+  writer.bytes = encode(input, Count{position});
+  writer.enumeration(encoding, CloudEncoding::Compact, "encoding");
+  writer.put(body.data(), body.size());
+  return std::move(writer.bytes);
+}
+
+Frame decodeFrame(ByteReader& reader, std::size_t max_bytes) {
+  CloudEncoding encoding = CloudEncoding::Raw;
+  reader.enumeration(encoding, CloudEncoding::Compact, "encoding");
+  if (encoding == CloudEncoding::Raw) return readFrame(reader);
+  const Bytes bytes = unpacked(reader, max_bytes);
+  return readFrame({bytes.data(), bytes.size()});
 }
 
 }  // namespace planar_mapping::transport

@@ -3,11 +3,11 @@
 #include "planar_mapping/transport/frame_listener.h"
 
 #include <cerrno>
-#include <deque>
 #include <iterator>
 #include <set>
 #include <zmq_addon.hpp>
 
+#include "planar_mapping/transport/connection_guard.h"
 #include "planar_mapping/transport/message.h"
 
 namespace planar_mapping::transport {
@@ -16,7 +16,6 @@ namespace {
 constexpr double kAckInterval = 0.25;  // seconds; shows whether the front-end is there
 constexpr int kMaxMessagesPerTurn = 64;
 constexpr int kMaxEvents = 100;
-constexpr std::size_t kMaxGreeted = 16;  // peers that are told of the end
 // Of a session: what a front-end may add to run.log and to the columns of frames.csv.
 constexpr std::size_t kMaxNoteBytes = std::size_t{1} << 20U;
 constexpr std::size_t kMaxStatisticNames = 64;
@@ -46,7 +45,6 @@ bool isSame(const InputDescription& a, const InputDescription& b) {
 
 void ListenerOptions::validate() const {
   requireInRange("timeout", timeout, 0.01, 1e6, "s");
-  requireInRange("window", window, 1, kMaxWindow);
   requireInRange("max_frame", static_cast<double>(max_frame), 65536.0, 4294967295.0, "B");
 }
 
@@ -60,16 +58,19 @@ struct FrameListener::Impl {
     }
   }
 
-  ~Impl() { sayGoodbye(); }
+  ~Impl() {
+    close();
+    sayGoodbye();
+  }
 
   void listen(const Endpoint& where) {
     const Endpoint address = resolved(where);
-    // ZeroMQ asks this socket before a peer gets as far as a message (RFC 27, ZAP).
-    authenticator.bind("inproc://zeromq.zap.01");
-    configure(router, address, options.keys, options.max_frame + kMaxText + 64, options.timeout);
-    router.set(zmq::sockopt::zap_domain, "planar_mapping");
+    configure(router, address, options.keys, options.max_frame + kMaxText + 64);
     router.set(zmq::sockopt::router_mandatory, 1);  // sending tells that a peer is gone
-    router.set(zmq::sockopt::rcvhwm, static_cast<int>(options.window) + 4);
+    // ZeroMQ asks this socket before a peer gets as far as a message (RFC 27, ZAP). With it libzmq
+    // refuses ZMTP 1, whose peers can make 4.3.4 abort.
+    authenticator.bind("inproc://zeromq.zap.01");
+    router.set(zmq::sockopt::zap_domain, "planar_mapping");
     if (!options.keys.secret_key.empty()) router.set(zmq::sockopt::curve_server, 1);
     router.bind(zmqAddress(address));
     endpoint = where;
@@ -90,6 +91,7 @@ struct FrameListener::Impl {
       if (!failure.empty()) throw InputError(failure);
       poll(router, authenticator, kPollInterval);
       authenticate();
+      guard.watch();
       for (int i = 0; i < kMaxMessagesPerTurn && !frame && !ended; ++i) {
         std::optional<Received> message = receive(router, true);
         if (!message) break;
@@ -104,6 +106,10 @@ struct FrameListener::Impl {
       if (secondsSince(ack_at) > kAckInterval) probeOwner();
       if (!frame && !ended && failure.empty()) checkDeadline();
     }
+  }
+
+  void close() {
+    if (!std::exchange(is_closed, true)) guard.close(endpoint);
   }
 
   /// Answers one request for admission: version, id, domain, address, identity, mechanism, key.
@@ -130,10 +136,8 @@ struct FrameListener::Impl {
     message.open();
     ByteReader reader = message.reader();
     if (message.type == MessageType::Bye) return handleBye(message, decode<Bye>(reader));
-    const bool is_from_front_end = message.type == MessageType::Hello ||
-                                   message.type == MessageType::Frame ||
-                                   message.type == MessageType::End;
-    if (!is_from_front_end) throw ProtocolError("a message came out of turn");
+    if (message.type == MessageType::Welcome || message.type == MessageType::Ack)
+      throw ProtocolError("a message came out of turn");
     if (isServingAnother(message))
       return refuse(message, ByeReason::Busy,
                     "the mapping side is serving another front-end already");
@@ -147,8 +151,7 @@ struct FrameListener::Impl {
                         std::to_string(input->frames) + " frames)");
     const auto count = decode<Count>(reader).frames;
     if (message.type == MessageType::Frame) return handleFrame(message, described, count, reader);
-    if (count > received()) return;
-    if (count < received() || (!isOwner(message) && count != described.frames))
+    if (count != received() || (!isOwner(message) && count != described.frames))
       throw ProtocolError("it ends after " + std::to_string(count) + " frames, but " +
                           std::to_string(received()) + " came");
     setOwner(message);
@@ -156,19 +159,18 @@ struct FrameListener::Impl {
   }
 
   /// The next frame, if valid, makes its sender the owner of the session. Earlier ones, of a
-  /// front-end that was restarted, are acknowledged unread; later ones were queued when a
-  /// connection was lost, and are sent again after Hello.
-  void handleFrame(const Received& message, const InputDescription& described, std::uint64_t at,
+  /// front-end that was restarted, are acknowledged unread.
+  void handleFrame(Received& message, const InputDescription& described, std::uint64_t at,
                    ByteReader& reader) {
     if (at >= described.frames) ByteReader::fail("position", "is beyond the last frame");
-    if (at > received()) return;
+    if (at > received()) ByteReader::fail("position", "is beyond the next frame");
     if (at < received()) {
       if (at >= repeated) progress_at = Clock::now();
       repeated = std::max(repeated, at + 1);
       send(router, message.peer, MessageType::Ack, 0, encode(Count{at + 1}));
       return;
     }
-    Frame decoded = decodeFrame(reader, options.max_frame / (3 * sizeof(float)));
+    Frame decoded = decodeFrame(reader, options.max_frame);
     input = input ? input : described;
     setOwner(message);
     limitNotes(decoded);
@@ -184,12 +186,11 @@ struct FrameListener::Impl {
     failure = "the front-end " + what + position() + why;
   }
 
-  void welcome(const Received& message) {
+  void welcome(Received& message) {
     if (isOwner(message)) setOwner(message);
-    if (greeted.size() == kMaxGreeted) greeted.pop_front();
-    greeted.push_back(message.peer);
+    if (!owner) setPeer(message);  // hears of the end, if there is no frame before
     send(router, message.peer, MessageType::Welcome, 0,
-         encode(Welcome{options.configuration, received(), options.window, options.max_frame}));
+         encode(Welcome{options.configuration, received(), options.max_frame}));
   }
 
   bool isServingAnother(const Received& message) {
@@ -199,12 +200,16 @@ struct FrameListener::Impl {
   }
 
   bool isOwner(const Received& message) const { return owner == message.instance; }
-  void setOwner(const Received& message) {
+  void setOwner(Received& message) {
     if (!owner_connected)
       event(owner ? "a front-end is back" + position() : "a front-end is connected");
     owner = message.instance;
-    owner_peer = message.peer;
+    setPeer(message);
     owner_connected = true;
+  }
+  void setPeer(Received& message) {
+    owner_peer = message.peer;
+    guard.protect(message.envelope);
   }
 
   /// Acknowledges, and finds out whether the owner is still there.
@@ -239,18 +244,17 @@ struct FrameListener::Impl {
     if (is_owner) owner_connected = false;
   }
 
-  void sayGoodbye() {
+  void sayGoodbye(bool is_done = false) {
     if (std::exchange(said_goodbye, true)) return;
-    Bye bye{ByeReason::Failed,
-            "the mapping side ended before the last frame; it says why on its own screen"};
-    if (ended) {
+    Bye bye{ByeReason::Failed, "the mapping side could not " +
+                                   std::string(ended ? "save the map" : "go on to the last frame") +
+                                   "; it says why on its own screen"};
+    if (is_done) {
       bye = {ByeReason::Done, ""};
     } else if (stopRequested()) {
       bye = {ByeReason::Interrupted, "the mapping side was interrupted"};
     }
-    if (owner_connected) greeted.push_back(owner_peer);
-    for (const std::string& peer : std::set<std::string>(greeted.begin(), greeted.end()))
-      send(router, peer, MessageType::Bye, 0, encode(bye));
+    if (!owner_peer.empty()) send(router, owner_peer, MessageType::Bye, 0, encode(bye));
   }
 
   void event(const std::string& text) {
@@ -281,7 +285,8 @@ struct FrameListener::Impl {
   zmq::context_t context{1};
   zmq::socket_t authenticator{context, zmq::socket_type::rep};
   zmq::socket_t router{context, zmq::socket_type::router};
-
+  ConnectionGuard guard{context, router};
+  bool is_closed = false;
   std::optional<InputDescription> input;  ///< of the owner's first frame
   std::optional<std::uint64_t> owner;     ///< instance of the front-end that sent the last frame
   std::string owner_peer;                 ///< its connection
@@ -291,7 +296,6 @@ struct FrameListener::Impl {
   bool ended = false;
   std::string failure;  ///< of the owner; thrown once all frames are taken
   bool said_goodbye = false;
-  std::deque<std::string> greeted;  ///< connections
   std::size_t note_bytes = 0;
   std::set<std::string> statistic_names;
   int events = 0;
@@ -332,13 +336,21 @@ std::optional<std::size_t> FrameListener::size() const {
 std::optional<Frame> FrameListener::next() {
   impl_->waitForFrame();
   if (!impl_->frame || impl_->stopRequested()) {
-    impl_->sayGoodbye();
+    if (!impl_->ended) impl_->sayGoodbye();
     return std::nullopt;
   }
   std::optional<Frame> frame = std::exchange(impl_->frame, std::nullopt);
   ++impl_->taken;
   impl_->probeOwner();
   return frame;
+}
+
+void FrameListener::close() {
+  impl_->close();
+}
+
+void FrameListener::confirm() {
+  impl_->sayGoodbye(true);
 }
 
 }  // namespace planar_mapping::transport

@@ -14,7 +14,6 @@ namespace planar_mapping::transport {
 struct ListenerOptions {
   std::string configuration;  ///< frontEndYaml() of the run
   double timeout = 30.0;      ///< [ours] seconds without a frame after which it gives up, > 0
-  std::uint32_t window = 4;   ///< [ours] frames the front-end may be ahead, 1 to 1024
   std::size_t max_frame = std::size_t{64} << 20U;  ///< bytes of a message, 64 KiB to 4 GiB
   Keys keys;                                       ///< empty = anybody may connect, in the clear
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: next() gives nothing from then on
@@ -31,7 +30,8 @@ struct ListenerOptions {
 ///
 /// A session belongs to the front-end that sends the first valid frame; nobody else can end or
 /// delay it. A front-end that goes away has ListenerOptions::timeout to come back, and continues
-/// with the next frame. Destruction tells the front-end that the session is over.
+/// with the next frame. Destruction tells the front-end that the session is over; that it is done,
+/// confirm() alone.
 /// Not thread-safe: all calls from one thread.
 class PLANAR_MAPPING_EXPORT FrameListener : public FrameSource {
  public:
@@ -52,6 +52,11 @@ class PLANAR_MAPPING_EXPORT FrameListener : public FrameSource {
   std::optional<std::size_t> size() const override;
   /// \throws InputError if the front-end went away, reports that it cannot continue, or none came
   std::optional<Frame> next() override;
+  /// Takes no further connections, closes those of strangers, and gives back the descriptors that
+  /// were kept for a result.
+  void close() override;
+  /// Tells the front-end that all its frames are in a result that is safe.
+  void confirm() override;
 
  private:
   struct Impl;

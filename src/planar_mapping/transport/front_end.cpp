@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <random>
+#include <thread>
 
 #include "planar_mapping/transport/message.h"
 
@@ -14,7 +15,9 @@ namespace {
 constexpr double kPatience = 1.0;  // seconds until it says that it waits
 constexpr int kReconnectMs = 100;  // and from there up to
 constexpr int kMaxReconnectMs = 1000;
-constexpr const char* kMonitorAddress = "inproc://events";
+constexpr int kHeartbeatMs = 1000;  // answered by ZeroMQ, also while a frame is mapped
+constexpr int kMaxSilenceMs = 5000;
+constexpr std::size_t kMaxKept = 2;  // frames: one on its way, and the next one
 constexpr int kHandshakeFailed =
     ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL;
 
@@ -26,21 +29,23 @@ std::uint64_t randomNumber() {
   return (std::uint64_t{device()} << 32U) | device();
 }
 
-/// One run of a front-end, over as many connections as ZeroMQ has to make.
+/// The connection was lost.
+struct Lost {};
+
+/// One run of a front-end, over as many connections as it takes.
 class FrontEnd {
  public:
   FrontEnd(const Endpoint& endpoint, const SourceFactory& makeSource,
            const FrontEndOptions& options)
-      : endpoint_(endpoint), makeSource_(makeSource), options_(options) {
+      : endpoint_(endpoint),
+        address_(resolved(endpoint)),
+        makeSource_(makeSource),
+        options_(options) {
     requireInRange("timeout", options.timeout, 0.01, 1e6, "s");
-    requireInRange("max_window", options.max_window, 1, kMaxWindow);
-    connect();
   }
   FrontEndResult run() {
     try {
-      while (!serveConnection())
-        say("lost the connection to " + peer() + "; trying again for " +
-            secondsText(options_.timeout));
+      while (!session()) continue;
     } catch (const Interrupted&) {
       sayGoodbye(ByeReason::Interrupted, "");
       result_.interrupted = true;
@@ -56,118 +61,125 @@ class FrontEnd {
   }
 
  private:
+  /// One connection. \return whether all is done
+  bool session() {
+    try {
+      connect();
+      send(MessageType::Hello, {});
+      waitFor([this]() { return welcome_.has_value(); });
+      prepareSource();
+      sendFrames();
+      if (!is_done_) send(MessageType::End, encode(input_, Count{produced_}));
+      waitFor([]() { return false; });
+    } catch (const Lost&) {
+      if (welcome_) {
+        progress_at_ = Clock::now();
+        say("lost the connection to " + peer() + "; trying again for " +
+            secondsText(options_.timeout));
+      }
+      welcome_.reset();
+    }
+    return is_done_;
+  }
+
   void connect() {
-    const Endpoint address = resolved(endpoint_);
-    configure(socket_, address, options_.keys, kMaxControlBody, options_.timeout);
+    socket_ = zmq::socket_t(context_, zmq::socket_type::dealer);
+    monitor_ = zmq::socket_t(context_, zmq::socket_type::pair);
+    is_connected_ = false;
+    configure(socket_, address_, options_.keys, kMaxControlBody);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);
     socket_.set(zmq::sockopt::reconnect_ivl_max, kMaxReconnectMs);
+    socket_.set(zmq::sockopt::heartbeat_ivl, kHeartbeatMs);
+    socket_.set(zmq::sockopt::heartbeat_timeout, kMaxSilenceMs);
     if (!options_.keys.peers.empty())
       socket_.set(zmq::sockopt::curve_serverkey, options_.keys.peers.front());
-    ::zmq_socket_monitor(socket_.handle(), kMonitorAddress,
-                         ZMQ_EVENT_CONNECTED | ZMQ_EVENT_DISCONNECTED |
-                             ZMQ_EVENT_HANDSHAKE_SUCCEEDED | kHandshakeFailed);
-    monitor_.connect(kMonitorAddress);
+    const std::string events = "inproc://events" + std::to_string(++connections_);
+    ::zmq_socket_monitor(socket_.handle(), events.c_str(),
+                         ZMQ_EVENT_CONNECTED | ZMQ_EVENT_DISCONNECTED | kHandshakeFailed);
+    monitor_.connect(events);
     try {
-      socket_.connect(zmqAddress(address));
+      socket_.connect(zmqAddress(address_));
     } catch (const zmq::error_t& error) {
       throw InputError("cannot connect to " + toText(endpoint_) + ": " + error.what());
     }
   }
 
-  /// \return false if the connection was lost
-  bool serveConnection() {
-    waitForWelcome();
-    prepareSource();
-    return sendFrames() && waitForEnd();
-  }
-
-  void waitForWelcome() {
-    const Clock::time_point start = Clock::now();
-    bool said_waiting = false;
-    while (!pump(kPollInterval)) {
-      if (secondsSince(progress_at_) > options_.timeout) {
-        const std::string within = " within " + secondsText(options_.timeout);
-        throw InputError(
-            is_connected_
-                ? peer() + " does not answer" + within + "; is it 'planar_map run --listen'?"
-                : peer() + (was_welcomed_ ? " did not come back" : " cannot be reached") + within +
-                      "; start it with 'planar_map run CONFIG --listen HOST:PORT', check address "
-                      "and "
-                      "firewall, or wait longer with --timeout");
-      }
-      if (!said_waiting && secondsSince(start) > kPatience) {
-        said_waiting = true;
-        say("waiting for " + peer());
-      }
-    }
-    was_welcomed_ = true;
-  }
-
   /// Frames that were made stay valid while the mapping side continues the same map.
   void prepareSource() {
-    if (source_ && welcome_->configuration == configuration_ &&
-        welcome_->next_frame >= produced_ - kept_.size()) {
-      return;
+    if (is_done_ || (source_ && welcome_->configuration == configuration_ &&
+                     welcome_->next_frame >= produced_ - kept_.size())) {
+      return dropTaken(welcome_->next_frame);
     }
     if (source_) say(peer() + " was restarted: beginning again");
     source_ = makeSource_(welcome_->configuration);
     configuration_ = welcome_->configuration;
     input_ = describe(*source_);
     produced_ = 0;
-    acknowledged_ = 0;
     kept_.clear();
+    has_more_ = true;
   }
 
-  /// \return false at the end
-  bool produce() {
+  void dropTaken(std::uint64_t frames) {
+    while (!kept_.empty() && produced_ - kept_.size() < frames) kept_.pop_front();
+  }
+
+  void produce() {
     const std::optional<Frame> frame = source_->next();
-    if (!frame) return false;
-    kept_.push_back(encodeFrame(input_, produced_++, *frame, options_.encoding));
-    const std::size_t size = kept_.back().size();
-    if (size > welcome_->max_frame)
-      throw InputError("frame " + std::to_string(produced_ - 1) + " takes " + std::to_string(size) +
-                       " bytes, and " + peer() + " takes " + std::to_string(welcome_->max_frame) +
-                       " at most; start it with a larger --max-message-mb");
-    return true;
+    has_more_ = frame.has_value();
+    if (!frame) return;
+    kept_.push_back(encodeFrame(input_, produced_, *frame, options_.encoding, welcome_->max_frame));
+    ++produced_;
   }
 
-  /// Sends what was not acknowledged, and new frames to the end.
-  bool sendFrames() {
-    const std::uint64_t window = std::min(welcome_->window, options_.max_window);
-    for (std::uint64_t position = produced_ - kept_.size();; ++position) {
-      if (produced_ == position && !produce()) return true;
-      do {
-        if (!pump(position < acknowledged_ + window ? 0.0 : kPollInterval)) return false;
-      } while (position >= acknowledged_ + window);
-      if (position < acknowledged_) continue;
-      const Bytes& body = kept_[position - (produced_ - kept_.size())];
-      if (!send(MessageType::Frame, body)) return false;
+  void sendFrames() {
+    while (!is_done_) {
+      if (kept_.empty() && has_more_) produce();
+      if (kept_.empty()) return;
+      const std::uint64_t position = produced_ - kept_.size();
+      send(MessageType::Frame, kept_.front());
       ++result_.frames_sent;
-      result_.bytes_sent += body.size();
-      if (options_.progress) options_.progress(produced_, input_.frames);
+      result_.bytes_sent += kept_.front().size();
+      if (options_.progress) options_.progress(position + 1, input_.frames);
+      if (has_more_ && kept_.size() < kMaxKept) produce();  // while that one is on its way
+      waitFor([this, position]() { return taken_ > position; });
+      dropTaken(position + 1);
     }
   }
 
-  bool waitForEnd() {
-    if (!send(MessageType::End, encode(input_, Count{produced_}))) return false;
-    while (!bye_) {
-      if (!pump(kPollInterval) && !bye_) return acknowledged_ == produced_;
-    }
-    return true;
+  void send(MessageType type, const Bytes& body) {
+    waitFor([this, type, &body]() {
+      return transport::send(socket_, "", type, instance_, body) == Sent::Yes;
+    });
   }
 
-  /// \return false if the connection is lost
-  bool send(MessageType type, const Bytes& body) {
-    if (!welcome_) return false;
-    while (transport::send(socket_, "", type, instance_, body) != Sent::Yes) {
-      if (!pump(kPollInterval)) return false;
+  /// Until the condition holds or all is done. \throws Lost, Interrupted; InputError if the session
+  /// cannot continue
+  template <typename Condition>
+  void waitFor(const Condition& condition) {
+    const Clock::time_point start = Clock::now();
+    bool has_said = false;
+    for (double seconds = 0.0;; seconds = kPollInterval) {
+      pump(seconds);
+      if (is_done_ || condition()) return;
+      if (welcome_) continue;
+      if (secondsSince(progress_at_) > options_.timeout) giveUp();
+      if (!has_said && secondsSince(start) > kPatience) say("waiting for " + peer());
+      has_said = has_said || secondsSince(start) > kPatience;
     }
-    return true;
+  }
+
+  [[noreturn]] void giveUp() const {
+    const std::string within = " within " + secondsText(options_.timeout);
+    if (is_connected_)
+      throw InputError(peer() + " does not answer" + within + "; is it 'planar_map run --listen'?");
+    throw InputError(
+        peer() + (source_ ? " did not come back" : " cannot be reached") + within +
+        "; start it with 'planar_map run CONFIG --listen HOST:PORT', check address and "
+        "firewall, or wait longer with --timeout");
   }
 
   /// Takes what came, and waits for something to come until time is up.
-  /// \return whether we are welcome. \throws if the session cannot continue, or was stopped
-  bool pump(double seconds) {
+  void pump(double seconds) {
     if (options_.stop != nullptr && *options_.stop) throw Interrupted();
     poll(socket_, monitor_, seconds);
     // Events last: whatever a connection brought was there before the event that it is lost.
@@ -175,52 +187,44 @@ class FrontEnd {
     while (const std::optional<Received> event = receive(monitor_, false))
       events.push_back(*event->envelope.data<std::uint16_t>());
     while (std::optional<Received> received = receive(socket_, false)) handle(*received);
-    for (const int event : events) handleEvent(event);
-    while (produced_ - kept_.size() < acknowledged_) kept_.pop_front();
-    if (hello_due_)
-      hello_due_ = transport::send(socket_, "", MessageType::Hello, instance_, {}) != Sent::Yes;
-    if (bye_ && bye_->reason != ByeReason::Done)
-      throw InputError(peer() + " ended the session: " + bye_->text);
-    return welcome_ && !bye_;
+    if (is_done_) return;
+    for (const int event : events) {
+      if ((event & kHandshakeFailed) != 0) {
+        throw InputError(peer() +
+                         (event == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH
+                              ? " does not know our key; make keys with 'planar_map keys'"
+                              : " is no 'planar_map run --listen', or one with other --keys"));
+      }
+      is_connected_ = event == ZMQ_EVENT_CONNECTED;
+      if (is_connected_) continue;
+      if (!welcome_) std::this_thread::sleep_for(std::chrono::milliseconds(kReconnectMs));
+      throw Lost();
+    }
   }
 
   void handle(Received& received) {
     received.open();
     ByteReader reader = received.reader();
     if (received.type == MessageType::Bye) {
-      bye_ = decode<Bye>(reader);
+      const auto bye = decode<Bye>(reader);
+      is_over_ = true;
+      if (bye.reason != ByeReason::Done)
+        throw InputError(peer() + " ended the session: " + bye.text);
+      is_done_ = true;
     } else if (received.type == MessageType::Welcome && !welcome_) {
       welcome_ = decode<Welcome>(reader);
-      if (welcome_->window < 1 || welcome_->window > kMaxWindow)
-        ByteReader::fail("window", "is not within 1 and 1024");
-    } else if (received.type == MessageType::Ack) {
-      const std::uint64_t frames = decode<Count>(reader).frames;
-      if (!welcome_ || frames <= acknowledged_) return;
-      if (frames > produced_) ByteReader::fail("frames", "acknowledges what was not sent");
-      acknowledged_ = frames;
-      progress_at_ = Clock::now();
-    } else {
+      taken_ = 0;
+    } else if (received.type == MessageType::Ack && welcome_) {
+      taken_ = decode<Count>(reader).frames;
+      if (taken_ > produced_) ByteReader::fail("frames", "acknowledges what was not sent");
+    } else if (received.type != MessageType::Ack) {
       throw ProtocolError("a message came out of turn");
     }
-    reader.expectEnd();
-  }
-
-  void handleEvent(int event) {
-    if ((event & kHandshakeFailed) != 0) {
-      throw InputError(peer() +
-                       (event == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH
-                            ? " does not know our key; make keys with 'planar_map keys'"
-                            : " is no 'planar_map run --listen', or one with other --keys"));
-    }
-    is_connected_ = event != ZMQ_EVENT_DISCONNECTED;
-    hello_due_ = event == ZMQ_EVENT_HANDSHAKE_SUCCEEDED;
-    if (event != ZMQ_EVENT_DISCONNECTED || !welcome_) return;
-    welcome_.reset();
-    progress_at_ = Clock::now();
+    if (received.type != MessageType::Ack) reader.expectEnd();
   }
 
   void sayGoodbye(ByeReason reason, const std::string& text) {
-    if (bye_ || !is_connected_) return;
+    if (is_over_ || !is_connected_) return;
     transport::send(socket_, "", MessageType::Bye, instance_, encode(Bye{reason, text}));
   }
 
@@ -230,26 +234,28 @@ class FrontEnd {
   }
 
   const Endpoint& endpoint_;
+  const Endpoint address_;
   const SourceFactory& makeSource_;
   const FrontEndOptions& options_;
   const std::uint64_t instance_ = randomNumber();
   zmq::context_t context_{1};
-  zmq::socket_t socket_{context_, zmq::socket_type::dealer};
-  zmq::socket_t monitor_{context_, zmq::socket_type::pair};
+  zmq::socket_t socket_;
+  zmq::socket_t monitor_;
+  int connections_ = 0;
 
-  bool is_connected_ = false;  ///< TCP, perhaps without a handshake
-  bool hello_due_ = false;
-  bool was_welcomed_ = false;
-  std::optional<Welcome> welcome_;  ///< of the present connection
-  std::optional<Bye> bye_;
+  bool is_connected_ = false;                     ///< TCP, perhaps without a handshake
+  std::optional<Welcome> welcome_;                ///< of the present connection
+  bool is_over_ = false;                          ///< the mapping side said Bye
+  bool is_done_ = false;                          ///< and has all frames
   Clock::time_point progress_at_ = Clock::now();  ///< the mapping side did something for us
 
   std::unique_ptr<FrameSource> source_;
   std::string configuration_;  ///< of the source
   InputDescription input_;
-  std::uint64_t produced_ = 0;      ///< frames
-  std::uint64_t acknowledged_ = 0;  ///< frames that the mapping side has
-  std::deque<Bytes> kept_;          ///< the last ones produced, not acknowledged
+  bool has_more_ = true;        ///< the source may have
+  std::uint64_t produced_ = 0;  ///< frames
+  std::uint64_t taken_ = 0;     ///< frames that the mapping side has
+  std::deque<Bytes> kept_;      ///< the last ones produced, not acknowledged
   FrontEndResult result_;
 };
 }  // namespace

@@ -20,14 +20,12 @@ using SourceFactory = std::function<std::unique_ptr<FrameSource>(const std::stri
 /// How clouds travel. Both are exact to the last bit.
 enum class CloudEncoding : std::uint8_t {
   Raw = 0,      ///< three floats a point
-  Compact = 1,  ///< differences to the ray of the pixel; without a camera Raw is used
+  Compact = 1,  ///< packed by zstd
 };
 
 struct FrontEndOptions {
   /// [ours] Seconds to wait for a mapping side that is not there (yet) or went away.
   double timeout = 30.0;
-  /// [ours] Frames kept in memory at most, however many the mapping side would take ahead, >= 1.
-  std::uint32_t max_window = 16;
   CloudEncoding encoding = CloudEncoding::Compact;
   Keys keys;                                    ///< empty = in the clear
   const std::atomic<bool>* stop = nullptr;      ///< set by a signal: says goodbye and returns
@@ -43,9 +41,9 @@ struct FrontEndResult {
 };
 
 /// The front-end's half of a session: connects, makes frames as the mapping side's configuration
-/// says, sends them no faster than they are taken, and returns when all are taken. After a lost
-/// connection it sends again what was not acknowledged; for a restarted mapping side it begins
-/// again.
+/// says, one at a time, makes the next one while one is on its way, and returns when the mapping
+/// side has saved them all. After a lost connection it sends again what was not acknowledged; for a
+/// restarted mapping side it begins again.
 /// \throws InputError if the mapping side cannot be found, refuses us or breaks the protocol; what
 ///         the source throws, after telling the mapping side
 PLANAR_MAPPING_EXPORT FrontEndResult runFrontEnd(const Endpoint& endpoint,

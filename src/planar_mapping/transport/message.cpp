@@ -20,12 +20,14 @@ namespace planar_mapping::transport {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x45464D50;  // "PMFE"
-constexpr std::uint16_t kProtocolVersion = 6;
+constexpr std::uint16_t kProtocolVersion = 7;
 constexpr int kLingerMs = 500;      // for goodbyes
 constexpr int kHandshakeMs = 5000;  // who connects and says nothing is cut off
-constexpr int kHeartbeatMs = 1000;
-constexpr int kMinHeartbeatTimeoutMs = 2000;
-constexpr int kMaxQueued = static_cast<int>(kMaxWindow);  // messages to one peer
+// A connection whose machine is gone is closed after kIdle + kProbes * kInterval seconds.
+constexpr int kKeepAliveIdle = 5;
+constexpr int kKeepAliveInterval = 3;
+constexpr int kKeepAliveProbes = 3;
+constexpr int kMaxUnsentMs = 15000;  // likewise, with data on its way
 
 }  // namespace
 
@@ -67,16 +69,20 @@ std::string zmqAddress(const Endpoint& resolved) {
 }
 
 void configure(zmq::socket_t& socket, const Endpoint& resolved, const Keys& keys,
-               std::size_t max_body, double timeout) {
+               std::size_t max_body) {
   socket.set(zmq::sockopt::linger, kLingerMs);
-  socket.set(zmq::sockopt::sndhwm, kMaxQueued);
+  // libzmq 4.3.4 aborts where a peer closes a connection whose queue is full, and a heartbeat is
+  // due or waits in the queue (restart_input, timer_event): no queue is ever full.
+  socket.set(zmq::sockopt::rcvhwm, 0);
   if (!resolved.isIpc() && resolved.host.find(':') != std::string::npos)
     socket.set(zmq::sockopt::ipv6, 1);
   socket.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_body));
   socket.set(zmq::sockopt::handshake_ivl, kHandshakeMs);
-  socket.set(zmq::sockopt::heartbeat_ivl, kHeartbeatMs);
-  socket.set(zmq::sockopt::heartbeat_timeout,
-             std::max(kMinHeartbeatTimeoutMs, static_cast<int>(500.0 * std::min(timeout, 1e4))));
+  socket.set(zmq::sockopt::tcp_keepalive, 1);
+  socket.set(zmq::sockopt::tcp_keepalive_idle, kKeepAliveIdle);
+  socket.set(zmq::sockopt::tcp_keepalive_intvl, kKeepAliveInterval);
+  socket.set(zmq::sockopt::tcp_keepalive_cnt, kKeepAliveProbes);
+  socket.set(zmq::sockopt::tcp_maxrt, kMaxUnsentMs);
   if (keys.secret_key.empty()) return;
   socket.set(zmq::sockopt::curve_secretkey, keys.secret_key);
   socket.set(zmq::sockopt::curve_publickey, keys.public_key);

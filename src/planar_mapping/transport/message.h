@@ -137,12 +137,13 @@ class ByteReader {
   const std::uint8_t* end_;
 };
 
+/// The front-end asks, the mapping side answers; a front-end has one question in flight.
 enum class MessageType : std::uint16_t {
   Hello = 1,    ///< front-end: who it is; no body
-  Welcome = 2,  ///< mapping side: parameters of the front-end, frames received so far
+  Welcome = 2,  ///< mapping side, to Hello: parameters of the front-end, frames received so far
   Frame = 3,    ///< front-end: its input, position, one frame
-  End = 4,      ///< front-end: its input, number of all frames
-  Ack = 5,      ///< mapping side: frames taken so far
+  End = 4,      ///< front-end: its input, number of all frames; Bye follows when the map is saved
+  Ack = 5,      ///< mapping side, to Frame: frames taken so far
   Bye = 6,      ///< either: the session is over, and why
 };
 
@@ -159,8 +160,7 @@ enum class ByeReason : std::uint8_t {
 struct Welcome {
   std::string configuration;     ///< YAML
   std::uint64_t next_frame = 0;  ///< frames received so far
-  std::uint32_t window = 1;      ///< frames that may be sent ahead of those acknowledged
-  std::uint64_t max_frame = 0;   ///< bytes a body of Frame may have
+  std::uint64_t max_frame = 0;   ///< bytes a body of Frame may have, packed or not
 };
 struct Count {  ///< End, Ack
   std::uint64_t frames = 0;
@@ -182,14 +182,12 @@ InputDescription describe(const FrameSource& source);
 
 constexpr std::size_t kMaxConfiguration = std::size_t{1} << 20U;  // bytes
 constexpr std::size_t kMaxControlBody = kMaxConfiguration + 65536;
-constexpr std::uint32_t kMaxWindow = 1024;
 
 // The fields of each message.
 template <typename Archive>
 void transfer(Archive& archive, Welcome& message) {
   archive.text(message.configuration, "configuration", kMaxConfiguration, true);
   archive.number(message.next_frame, "next_frame");
-  archive.number(message.window, "window");
   archive.number(message.max_frame, "max_frame");
 }
 template <typename Archive>
@@ -227,11 +225,13 @@ Message decode(ByteReader& reader) {
 
 /// What the front-end made of a frame, after its position among those sent: cloud, key features,
 /// given pose, camera, statistics, notes, the left image in gray. Points with a coordinate that is
-/// not finite arrive as three NaN. \throws InputError for what the receiver would refuse
+/// not finite arrive as three NaN.
+/// \param max_bytes  of all fields but the position, before they are packed
+/// \throws InputError beyond it, or for a cloud of another size than it says
 Bytes encodeFrame(const InputDescription& input, std::uint64_t position, const Frame& frame,
-                  CloudEncoding encoding);
-/// \param max_points  of a cloud, holes counted. \throws ProtocolError
-Frame decodeFrame(ByteReader& reader, std::size_t max_points);
+                  CloudEncoding encoding, std::size_t max_bytes = SIZE_MAX);
+/// \param max_bytes  of the fields, once they are unpacked. \throws ProtocolError
+Frame decodeFrame(ByteReader& reader, std::size_t max_bytes);
 
 /// A message as it arrived: envelope and body, from a ROUTER also its sender.
 struct Received {
@@ -257,9 +257,9 @@ double secondsSince(Clock::time_point time);
 /// "30 s", "0.5 s"
 std::string secondsText(double seconds);
 std::string zmqAddress(const Endpoint& resolved);
-/// Options of both sides: limits, heartbeats, keys.
+/// Options of both sides: limits, signs of life, keys.
 void configure(zmq::socket_t& socket, const Endpoint& resolved, const Keys& keys,
-               std::size_t max_body, double timeout);
+               std::size_t max_body);
 /// Does not wait. \param is_router  the first part is the sender
 std::optional<Received> receive(zmq::socket_t& socket, bool is_router);
 enum class Sent { Yes, QueueFull, Unreachable };

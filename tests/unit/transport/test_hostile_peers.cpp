@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "planar_mapping/base/random.h"
@@ -175,7 +176,10 @@ TEST_F(HostilePeers, AStrangerIsToldBusyAndCannotDisturbTheFrontEnd) {
   expectBye(stranger, ByeReason::Busy, "is serving another front-end already");
   stranger.send(MessageType::End, encode(kFake, Count{1}));
   stranger.send(MessageType::Bye, encode(Bye{ByeReason::Failed, ""}));
-  for (std::uint64_t i = 1; i < 6; ++i) robot.send(MessageType::Frame, frameBody(i));
+  for (std::uint64_t i = 1; i < 6; ++i) {
+    robot.send(MessageType::Frame, frameBody(i));
+    robot.expectAck(i + 1);
+  }
   robot.send(MessageType::End, encode(kFake, Count{6}));
   EXPECT_EQ(6U, mapping_.get());
   expectBye(robot, ByeReason::Done, "");
@@ -205,8 +209,7 @@ TEST_F(HostilePeers, ADamagedFrameEndsTheConnectionAndKeepsTheMap) {
   startToMap();
   ScriptedPeer robot = peer(1);
   robot.send(MessageType::Frame, frameBody(0));
-  robot.send(MessageType::Frame, frameBody(2));  // after a gap: is to be sent again
-  robot.send(MessageType::End, encode(kFake, Count{3}));
+  robot.expectAck(1);
   Bytes damaged = frameBody(1);
   damaged.resize(damaged.size() - sizeof(std::uint32_t) - 3);  // no image follows the points
   robot.send(MessageType::Frame, damaged);
@@ -306,17 +309,97 @@ TEST_F(HostilePeers, OtherProtocolsNoiseAndSilenceDoNoHarm) {
   expectTheRunSucceeds();
 }
 
-TEST_F(HostilePeers, AFloodDoesNotStopTheFrontEnd) {
+/// What a DEALER that speaks ZMTP 3 says first.
+std::string zmtpGreeting() {
+  std::string text = "\xFF" + std::string(8, '\0') + "\x7F\x03";
+  text += std::string(1, '\1') + "NULL" + std::string(16 + 1 + 31, '\0');
+  const std::string ready = std::string("\x05READY\x0BSocket-Type\0\0\0\x06", 22) + "DEALER";
+  return text + '\x04' + static_cast<char>(ready.size()) + ready;
+}
+/// Hello as ZMTP frames it, and after it a PING.
+std::string zmtpHello(bool with_ping) {
+  std::string text = std::string("\1\x10PMFE\x07\0\1\0\1\2\3\4\5\6\7\x08\0\0", 20);
+  if (with_ping) text += std::string("\4\x07\4PING\0\0", 9);
+  return text;
+}
+
+TEST_F(HostilePeers, AThousandConnectionsThatSayHelloAndCloseAreSurvived) {
+  for (const bool with_ping : {false, true}) {
+    listen(60.0);
+    startToMap();
+    std::string hellos;
+    for (int k = 0; k < 200; ++k) hellos += zmtpHello(with_ping);
+    for (int i = 0; i < 500; ++i) {
+      TcpPeer stranger = tcpPeer();
+      stranger.send(zmtpGreeting());
+      ASSERT_TRUE(stranger.waitForBytes(64 + 20)) << i;
+      stranger.send(hellos);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // heartbeats would be due
+    expectTheRunSucceeds();
+    listener_.reset();
+  }
+}
+
+int descriptorsInUse() {
+  const std::filesystem::directory_iterator all("/proc/self/fd");
+  return static_cast<int>(std::distance(begin(all), end(all)));
+}
+
+TEST_F(HostilePeers, IdleConnectionsAreLimitedAndDoNotCutOffTheFrontEnd) {
+  listen(60.0);
+  startToMap();
+  ScriptedPeer robot = peer(1);
+  robot.send(MessageType::Frame, frameBody(0));
+  robot.expectAck(1);
+  const int before = descriptorsInUse();
+  std::vector<TcpPeer> idle;
+  for (int i = 0; i < 400; ++i) {
+    idle.push_back(tcpPeer());
+    if (i % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_LE(descriptorsInUse(), before + 400 + 64);  // ours, and those of the listener
+  for (std::uint64_t i = 1; i < 6; ++i) {
+    robot.send(MessageType::Frame, frameBody(i));
+    robot.expectAck(i + 1);
+  }
+  robot.send(MessageType::End, encode(kFake, Count{6}));
+  EXPECT_EQ(6U, mapping_.get());
+  expectBye(robot, ByeReason::Done, "");
+  EXPECT_FALSE(said("lost the connection"));
+}
+
+TEST_F(HostilePeers, OnceClosedNoConnectionIsTakenAndDescriptorsAreThere) {
   listen();
+  ScriptedPeer robot = peer(1);
+  robot.send(MessageType::Frame, frameBody(0));
+  EXPECT_TRUE(listener_->next().has_value());
+  const int before = descriptorsInUse();
+  listener_->close();
+  EXPECT_LE(descriptorsInUse(), before - 50);
+  EXPECT_THROW(TcpPeer::to(listener_->endpoint().port, 0.3), std::runtime_error);
+  listener_->confirm();  // the connection of the front-end is open
+  expectBye(robot, ByeReason::Done, "");
+}
+
+TEST_F(HostilePeers, AFloodDoesNotStopTheFrontEnd) {
+  listen(60.0);
   startToMap();
   std::atomic<bool> done{false};
+  std::atomic<int> connections{0};
   std::thread flood([&]() {
     const std::string noise(65536, 'x');
-    for (int connections = 0; connections < 500 && !done; ++connections) {
-      TcpPeer peer = tcpPeer();
-      for (int i = 0; i < 20 && peer.send(noise) && !done; ++i) continue;
+    for (; connections < 1000 && !done; ++connections) {
+      try {
+        TcpPeer peer = tcpPeer();
+        for (int i = 0; i < 20 && peer.send(noise) && !done; ++i) continue;
+      } catch (const std::runtime_error&) {  // the listener is closed
+        return;
+      }
     }
   });
+  while (connections < 200) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   expectTheRunSucceeds();
   done = true;
   flood.join();

@@ -70,7 +70,7 @@ inline Frame transportFrame(std::uint32_t width, std::uint32_t height, std::uint
 }
 
 /// A limit that holds for all of them.
-constexpr std::size_t kManyPoints = 1000000;
+constexpr std::size_t kManyBytes = 10000000;
 
 /// Equal bit by bit; three NaN stand for each point that is not finite.
 inline bool sameCloud(const FrameCloud& sent, const FrameCloud& received) {

@@ -75,7 +75,8 @@ inline std::future<FrontEndResult> sendInBackground(
   return std::async(std::launch::async, [=]() { return sendFakeFrames(endpoint, plan, options); });
 }
 
-/// Takes all frames and checks that they are those of FakeSource, each once and in order.
+/// Takes all frames as a run that ends well, and checks that they are those of FakeSource, each
+/// once and in order.
 inline std::uint64_t takeAll(FrameListener& listener, std::uint64_t first = 0) {
   std::uint64_t taken = first;
   while (const std::optional<Frame> frame = listener.next()) {
@@ -85,6 +86,8 @@ inline std::uint64_t takeAll(FrameListener& listener, std::uint64_t first = 0) {
     }
     ++taken;
   }
+  listener.close();
+  listener.confirm();
   return taken;
 }
 

@@ -45,18 +45,22 @@ void LabelTree::add(std::vector<CellLabels>& bundles, Label background) {
       labels[place] = is_mixed ? static_cast<std::uint8_t>(kInner)
                                : static_cast<std::uint8_t>((b.low & 1u) | (b.high & 1u) << 1u);
     }
-    regions_.push_back({static_cast<std::int16_t>(region.x), static_cast<std::int16_t>(region.y),
-                        static_cast<std::int16_t>(region.z)});
     const bool is_uniform =
         labels[0] != kInner && std::count(labels.begin(), labels.end(), labels[0]) ==
                                    static_cast<std::ptrdiff_t>(labels.size());
-    region_labels_.push_back(is_uniform ? labels[0] : static_cast<std::uint8_t>(kInner));
+    addRegion(region, is_uniform ? static_cast<Label>(labels[0]) : kInner);
     if (is_uniform) continue;
     bundle_labels_.insert(bundle_labels_.end(), labels.begin(), labels.end());
     for (std::size_t place = 0; place < labels.size(); ++place) {
       if (labels[place] == kInner) cells_.push_back(cells[place]);
     }
   }
+}
+
+void LabelTree::addRegion(const Int3& region, Label label) {
+  regions_.push_back({static_cast<std::int16_t>(region.x), static_cast<std::int16_t>(region.y),
+                      static_cast<std::int16_t>(region.z)});
+  region_labels_.push_back(label);
 }
 
 std::uint64_t LabelTree::occupied() const {

@@ -34,6 +34,8 @@ class LabelTree {
   /// Adds the regions of a lattice, or the next one of it, and sorts the bundles into the order of
   /// Walk. Cells that no bundle tells of have the label \p background.
   void add(std::vector<CellLabels>& bundles, Label background);
+  /// Adds a region after all others; with kInner its tiles or blocks are to follow.
+  void addRegion(const Int3& region, Label label);
   std::size_t regions() const { return regions_.size(); }
   /// How many cells are occupied.
   std::uint64_t occupied() const;
@@ -44,6 +46,14 @@ class LabelTree {
   class Walk {
    public:
     explicit Walk(const LabelTree& tree) : tree_(tree) {}
+    /// Passes the next region if all its cells are alike. \return was it
+    bool passAlike(Int3& region, Label& label) {
+      if (tree_.region_labels_[region_] == kInner) return false;
+      const auto& at = tree_.regions_[region_];
+      region = {at[0], at[1], at[2]};
+      label = static_cast<Label>(tree_.region_labels_[region_++]);
+      return true;
+    }
     /// Calls visit(CellLabels) for the tiles or blocks of the next region.
     template <typename Visit>
     void next(Visit&& visit) {

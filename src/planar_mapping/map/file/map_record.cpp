@@ -116,16 +116,22 @@ LabelTree treeOf(const UnknownSpace& space, bool is_finished) {
   const Label background = is_unknown ? kUnknown : is_finished ? kFree : kOccupied;
   LabelTree tree(3);
   std::vector<CellLabels> bundles;  // of one region: a large map has millions of blocks
-  space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
-    if (is_unknown ? block.free == 0 : is_finished && block.unknown == 0) return;
-    if (!bundles.empty() && !(tree.regionOf(at) == tree.regionOf(bundles[0].at))) {
-      tree.add(bundles, background);
-      bundles.clear();
+  space.forEachRegion([&](const Int3& region, const SpaceRegion& stored) {
+    const SpaceRegion::Label label = stored.label();
+    if (label != SpaceRegion::kMixed) {
+      const bool is_hidden = label == SpaceRegion::kUnknown && !is_unknown;
+      if (is_hidden) tree.addRegion(region, kUnknown);
+      if (label == SpaceRegion::kFree && background != kFree) tree.addRegion(region, kFree);
+      return;
     }
-    bundles.push_back({at, tells_never ? ~(block.free | block.unknown) : 0,
-                       is_unknown ? ~block.free : block.unknown});
+    bundles.clear();
+    space.forEachBlock(region, stored, [&](const Int3& at, const UnknownSpace::Block& block) {
+      if (is_unknown ? block.free == 0 : is_finished && block.unknown == 0) return;
+      bundles.push_back({at, tells_never ? ~(block.free | block.unknown) : 0,
+                         is_unknown ? ~block.free : block.unknown});
+    });
+    tree.add(bundles, background);
   });
-  tree.add(bundles, background);
   return tree;
 }
 
@@ -134,6 +140,15 @@ void restoreSpace(const MapRecord& record, UnknownSpace& space) {
   LabelTree::Walk walk(record.space);
   std::vector<UnknownSpace::PlacedBlock> blocks;
   for (std::size_t r = 0; r < record.space.regions(); ++r) {
+    Int3 region;
+    Label label = kFree;
+    if (walk.passAlike(region, label)) {
+      const bool is_free = label == kFree && !(record.is_finished && !is_unknown);
+      if (is_free) space.add(region, SpaceRegion::allOf(SpaceRegion::kFree));
+      if (label == kUnknown && !is_unknown)
+        space.add(region, SpaceRegion::allOf(SpaceRegion::kUnknown));
+      continue;
+    }
     blocks.clear();
     walk.next([&](const CellLabels& b) {
       const std::uint64_t free = record.is_finished && !is_unknown ? 0 : ~(b.low | b.high);

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/number_text.h"
 #include "planar_mapping/map/file/map_record.h"
+#include "planar_mapping/map/integration/moved_space.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -55,16 +55,6 @@ bool isWithin(const Vector3& point, double side) {
   return (point / side).cwiseAbs().maxCoeff() < kLatticeLimit - 8;
 }
 
-/// A motion by whole blocks of space: the coordinates in blocks that it adds.
-std::optional<Int3> wholeBlocks(const MapData& map, const Pose& T) {
-  const Vector3 blocks = T.translation() / (4.0 * map.unknownResolution());
-  if (!T.linear().isIdentity(0.0) || !(blocks.array() == blocks.array().round()).all() ||
-      !(blocks.cwiseAbs().maxCoeff() < kLatticeLimit)) {
-    return std::nullopt;
-  }
-  return toInt3(blocks.array());
-}
-
 /// Refuses what the lattice of the map does not hold: nothing is dropped unsaid.
 void requireWithin(const MapData& data, const Pose& T, bool with_space) {
   const auto require = [&](const Vector3& low, const Vector3& high, double side) {
@@ -91,18 +81,8 @@ void requireWithin(const MapData& data, const Pose& T, bool with_space) {
   });
   if (!with_space) return;
   const double cell = data.unknownResolution();
-  // Regions of 32 x 32 x 32 cells that are resampled cell by cell: some 2 GB.
-  constexpr std::size_t kMaxResampled = std::size_t{1} << 14;
-  std::size_t regions = 0;
-  data.space.forEachRegion([&](const Int3& at) {
-    requireCube(at, 32.0 * cell, cell);
-    ++regions;
-  });
-  if (regions <= kMaxResampled || wholeBlocks(data, T)) return;
-  throw InputError("its pose turns the map, or moves it by no multiple of " +
-                   numberText(4.0 * cell) +
-                   " m, so that space is resampled: " + std::to_string(regions) + " cubes of " +
-                   numberText(32.0 * cell) + " m, more than " + std::to_string(kMaxResampled));
+  data.space.forEachRegion(
+      [&](const Int3& at, const SpaceRegion&) { requireCube(at, 32.0 * cell, cell); });
 }
 
 void takeTrajectory(MapData& map, const MapData& other, const Pose& T) {
@@ -208,82 +188,17 @@ void takeCells(MapData& map, const MapData& other, const Pose& T, Frame& frame) 
   });
 }
 
-/// A block of this map as the other knows it: cells by their middles.
-SpaceBlock blockFrom(const KeyMap<SpaceBlock>& known, const Int3& at, double s, const Pose& back) {
-  SpaceBlock block;
-  for (int bit = 0; bit < 64; ++bit) {
-    const Int3 cell = CellLayer::cellOf(at, bit);
-    const Vector3 middle(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
-    const Int3 from = cellAt(back * Vector3(s * middle), s);
-    const SpaceBlock* found = known.find(packKey(CellLayer::blockOf(from)));
-    if (found == nullptr) continue;
-    const int place = CellLayer::bitOf(from);
-    block.free |= (found->free >> place & 1u) << bit;
-    block.unknown |= (found->unknown >> place & 1u) << bit;
-  }
-  return block;
-}
-
-void sortByRegion(std::vector<UnknownSpace::PlacedBlock>& blocks) {
-  const auto order = [](const UnknownSpace::PlacedBlock& block) {
-    const Int3& b = block.at;
-    return std::make_tuple(b.x >> 3, b.y >> 3, b.z >> 3, b.x, b.y, b.z);
-  };
-  std::sort(blocks.begin(), blocks.end(),
-            [&](const auto& a, const auto& b) { return order(a) < order(b); });
-}
-
-void takeSpace(MapData& map, const MapData& other, const Pose& T) {
-  const double s = map.unknownResolution();
-  if (const std::optional<Int3> by = wholeBlocks(map, T)) {
-    std::vector<UnknownSpace::PlacedBlock> blocks;  // as many as a region has
-    const auto add = [&]() {
-      sortByRegion(blocks);
-      map.space.add(blocks);
-      blocks.clear();
-    };
-    other.space.forEachBlock([&](const Int3& at, const SpaceBlock& block) {
-      if ((block.free | block.unknown) != 0) {
-        blocks.push_back({{at.x + by->x, at.y + by->y, at.z + by->z}, block});
-      }
-      if (blocks.size() == SpaceRegion::kBlocks) add();
-    });
-    return add();
-  }
-  KeyMap<SpaceBlock> known;
-  other.space.forEachBlock([&](const Int3& at, const SpaceBlock& block) {
-    if ((block.free | block.unknown) != 0) known[packKey(at)] = block;
-  });
-  // Every block of this map that one of the other may reach, once.
-  const double reach = 0.5 * 4.0 * s * T.linear().cwiseAbs().rowwise().sum().maxCoeff();
-  KeyMap<std::uint8_t> reached;
-  for (const std::uint64_t key : known.keys()) {
-    const Int3 at = unpackKey(key);
-    const Vector3 middle = T * Vector3(4.0 * s * Vector3(at.x + 0.5, at.y + 0.5, at.z + 0.5));
-    // Blocks that only touch have no cell in common.
-    const Vector3 half = Vector3::Constant(reach - 0.01 * s);
-    forEachPlace(cellAt(middle - half, 4.0 * s), cellAt(middle + half, 4.0 * s),
-                 [&](const Int3& block) { reached.insert(packKey(block)); });
-  }
-  std::vector<UnknownSpace::PlacedBlock> blocks;
-  const Pose back = T.inverse();
-  for (const std::uint64_t key : reached.keys()) {
-    const Int3 at = unpackKey(key);
-    const SpaceBlock block = blockFrom(known, at, s, back);
-    if ((block.free | block.unknown) != 0) blocks.push_back({at, block});
-  }
-  sortByRegion(blocks);
-  map.space.add(blocks);
-}
-
 FrameUpdate take(MapData& map, const MapData& other, const Pose& T) {
   Frame frame;
   if (other.trajectory.empty()) return frame.update;
+  std::optional<UnknownSpace> moved;  // first: it may be refused
+  if (map.params.unknown_space && T.matrix() != Pose::Identity().matrix())
+    moved = movedSpace(other.space, map.unknownResolution(), T);
   takeTrajectory(map, other, T);
   map.ground.add(other.ground, T, map.params.approximation.up.normalized());
   takePlanes(map, other, T, frame);
   takeCells(map, other, T, frame);
-  if (map.params.unknown_space) takeSpace(map, other, T);
+  if (map.params.unknown_space) map.space.add(moved ? *moved : other.space);
   frame.update.patches_rebuilt = map.commit();
   return frame.update;
 }
@@ -295,7 +210,7 @@ std::vector<std::uint8_t> contentOf(const MapData& map) {
   record.params.approximation = map.params.approximation;
   record.next_plane_id = 0;
   for (PlaneRecord& plane : record.planes) plane.id = record.next_plane_id++;
-  return serializeMap(record);
+  return sectionsOf(std::move(record));
 }
 
 /// Of two maps with frames: negative if \p a began first, 0 if they are the same.

@@ -136,9 +136,9 @@ void SpaceRegion::unpack(Blocks& blocks) const {
   }
 }
 
-SpaceRegion SpaceRegion::allFree() {
+SpaceRegion SpaceRegion::allOf(Label label) {
   SpaceRegion region;
-  region.row_labels_ = 0x55555555u * kFree;
+  region.row_labels_ = 0x55555555u * label;
   return region;
 }
 

@@ -41,8 +41,15 @@ class SpaceRegion {
   void unpack(Blocks& blocks) const;
   /// The cells of a block.
   SpaceBlock cellsOf(std::size_t block) const;
-  static SpaceRegion allFree();
-  bool isAllFree() const { return alike_ == 0xffff && row_labels_ == 0x55555555u * kFree; }
+  /// A region whose blocks all have this label, which is not mixed.
+  static SpaceRegion allOf(Label label);
+  /// The label of all its blocks; mixed where they are not alike.
+  Label label() const {
+    const std::uint32_t first = row_labels_ & 3u;
+    const bool is_alike = alike_ == 0xffff && row_labels_ == 0x55555555u * first;
+    return is_alike ? static_cast<Label>(first) : kMixed;
+  }
+  bool isAllFree() const { return label() == kFree; }
   std::size_t memoryBytes() const { return bytes_.capacity(); }
 
  private:

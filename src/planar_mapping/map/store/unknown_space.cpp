@@ -11,8 +11,6 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
-constexpr int kBlockLevel = 2;
-constexpr int kRegionLevel = 5;
 constexpr int kRootLevel = 9;  ///< the walk starts at cubes of 512 cells
 /// Blocks of which the side is less than this fraction of their distance are free as a whole or not
 /// at all; those of s = 0.1 m from 16 m on.
@@ -203,7 +201,7 @@ class UnknownSpace::Walk {
     const std::int32_t last = (1 << (level - kRegionLevel)) - 1;
     const Int3 first{regionAt(low.x), regionAt(low.y), regionAt(low.z)};
     forEachPlace(first, {first.x + last, first.y + last, first.z + last}, [&](const Int3& region) {
-      space_.regions_[packKey(region)] = SpaceRegion::allFree();
+      space_.regions_[packKey(region)] = SpaceRegion::allOf(SpaceRegion::kFree);
     });
   }
 
@@ -354,6 +352,21 @@ void UnknownSpace::add(const std::vector<PlacedBlock>& blocks) {
     region.mark(at, blocks[i].cells.unknown, false);
   }
   if (!blocks.empty()) region.close();
+}
+
+void UnknownSpace::add(const Int3& at, const SpaceRegion& region) {
+  const SpaceRegion* known = this->region(at);
+  if (known == nullptr || region.isAllFree()) return setRegion(at, region);
+  if (known->isAllFree()) return;
+  std::vector<PlacedBlock> blocks;
+  forEachBlock(at, region, [&](const Int3& block, const Block& cells) {
+    blocks.push_back({block, cells});
+  });
+  add(blocks);
+}
+
+void UnknownSpace::add(const UnknownSpace& other) {
+  other.forEachRegion([this](const Int3& at, const SpaceRegion& region) { add(at, region); });
 }
 
 UnknownSpace::Surroundings UnknownSpace::around(const Int3& cell) const {

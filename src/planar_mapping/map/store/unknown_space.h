@@ -51,6 +51,8 @@ struct SpaceBudget {
 class UnknownSpace {
  public:
   using Block = SpaceBlock;
+  static constexpr int kBlockLevel = 2;   ///< a block has 2^2 cells a side
+  static constexpr int kRegionLevel = 5;  ///< and a region 2^5
 
   explicit UnknownSpace(Unseen unseen = Unseen::Unknown) : unseen_(unseen) {}
 
@@ -73,30 +75,42 @@ class UnknownSpace {
   /// stored, region by region in the order of Int3.
   template <typename Visit>
   void forEachBlock(Visit&& visit) const {
+    forEachRegion(
+        [&](const Int3& at, const SpaceRegion& region) { forEachBlock(at, region, visit); });
+  }
+  template <typename Visit>
+  void forEachBlock(const Int3& at, const SpaceRegion& region, Visit&& visit) const {
     SpaceRegion::Blocks blocks;
-    for (const std::uint64_t key : regions_.sortedKeys()) {
-      const Int3 at = unpackKey(key);
-      regions_.find(key)->unpack(blocks);
-      for (std::size_t i = 0; i < blocks.labels.size(); ++i) {
-        if (blocks.labels[i] == SpaceRegion::kNever && !isUnseenUnknown()) continue;
-        visit(Int3{8 * at.x + static_cast<std::int32_t>(i & 7u),
-                   8 * at.y + static_cast<std::int32_t>(i >> 3u & 7u),
-                   8 * at.z + static_cast<std::int32_t>(i >> 6u)},
-              blocks.cellsOf(i));
-      }
+    region.unpack(blocks);
+    for (std::size_t i = 0; i < blocks.labels.size(); ++i) {
+      if (blocks.labels[i] == SpaceRegion::kNever && !isUnseenUnknown()) continue;
+      visit(Int3{8 * at.x + static_cast<std::int32_t>(i & 7u),
+                 8 * at.y + static_cast<std::int32_t>(i >> 3u & 7u),
+                 8 * at.z + static_cast<std::int32_t>(i >> 6u)},
+            blocks.cellsOf(i));
     }
   }
-  /// Calls visit(cell coordinates >> 5) for every region of which something is stored.
+  /// Calls visit(cell coordinates >> 5, SpaceRegion) for every region of which something is stored,
+  /// in the order of Int3.
   template <typename Visit>
   void forEachRegion(Visit&& visit) const {
-    for (const std::uint64_t key : regions_.keys()) visit(unpackKey(key));
+    for (const std::uint64_t key : regions_.sortedKeys())
+      visit(unpackKey(key), *regions_.find(key));
   }
+  /// Null if nothing is stored of it. \param at cell coordinates >> 5
+  const SpaceRegion* region(const Int3& at) const { return regions_.find(packKey(at)); }
+  void setRegion(const Int3& at, const SpaceRegion& region) { regions_[packKey(at)] = region; }
   struct PlacedBlock {
     Int3 at;
     Block cells;
   };
   /// Adds what a file or another map says of blocks; best region by region.
   void add(const std::vector<PlacedBlock>& blocks);
+  /// Adds what a file or another map says of a region, which stays as it is stored where it can.
+  /// \param at cell coordinates >> 5
+  void add(const Int3& at, const SpaceRegion& region);
+  /// Adds all that another map says.
+  void add(const UnknownSpace& other);
   std::size_t memoryBytes() const;
 
  private:
@@ -128,17 +142,25 @@ struct SpaceBox {
   Vector3 low = Vector3::Constant(-std::numeric_limits<double>::infinity());
   Vector3 high = Vector3::Constant(std::numeric_limits<double>::infinity());
 };
+/// Cells of a state.
+struct SpaceCells {
+  KeyMap<CubeBits> cubes;        ///< by cell >> 3
+  KeyMap<std::uint8_t> regions;  ///< of 32 x 32 x 32 cells that all are, by cell >> 5
+
+  std::size_t count() const;
+};
 /// The free or unknown cells of a box, by their centres, that no cuboid occupies; only in regions
 /// of which something is stored. \param cell side of a cell, metres
-KeyMap<CubeBits> spaceCells(const UnknownSpace& space, CellState state, const SpaceBox& box,
-                            const std::vector<Cuboid>& occupied, double cell);
+/// \throws InputError if more than 32,768 regions that are alike are cut by cuboids or by the box
+SpaceCells spaceCells(const UnknownSpace& space, CellState state, const SpaceBox& box,
+                      const std::vector<Cuboid>& occupied, double cell);
 
 /// Box of cells, low and size in cells.
 struct CellBlockBox {
   Int3 low;
   Int3 size;
 };
-/// Covers the cells of the cubes exactly with disjoint boxes, greedily along x, y, z.
-std::vector<CellBlockBox> mergeToBoxes(const KeyMap<CubeBits>& cubes);
+/// Covers the cells exactly with disjoint boxes, greedily along x, y, z: whole regions first.
+std::vector<CellBlockBox> mergeToBoxes(const SpaceCells& cells);
 
 }  // namespace planar_mapping::detail
