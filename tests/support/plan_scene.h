@@ -54,6 +54,7 @@ struct PlanScene {
   std::vector<Vector3> places;  ///< of the robot's wheels
   double sensor = 0.4;          ///< over them
   int rings = 32;
+  double resolution = 0.1;  ///< of the map
   std::vector<Vector3> points;  ///< all that was measured
 
   PlanScene& add(const Vector3& low, const Vector3& high, double rise = 0.0) {
@@ -88,7 +89,7 @@ struct PlanScene {
     return false;
   }
 
-  PlanarMap map(double resolution = 0.1) {
+  PlanarMap map() {
     PlanarMapParams params;
     params.setResolution(resolution);
     PlanarMap map(params);
@@ -218,6 +219,7 @@ inline std::vector<PlanScene> planScenes() {
       PlanScene& scene = begin("trench " + std::to_string(width).substr(0, 3) + " x " +
                                    std::to_string(depth).substr(0, 3) + eye,
                                sensor, rings);
+      if (width < 0.3) scene.resolution = 0.05;  // cuboids bridge gaps of less than three cells
       scene.walls(-1.0, 10.0).floor(-1.0, 5.03).floor(5.03 + width, 10.0);
       scene.floor(5.03, 5.03 + width, -depth).drive(0.0, 4.5);
     }

@@ -564,6 +564,11 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
     floor[cell] = plan.heights[cell] = levels_[best].height;
     open.push_back(std::uint32_t(cell));
   }
+  if (chosen.empty()) {  // what stands is shown nevertheless
+    const double guess = floorHeight(occupied_, Vector3::UnitZ(), path_);
+    for (std::size_t cell = 0; cell < raster_.count(); ++cell)
+      if (isBlocked(cell, guess)) plan.values[cell] = Plan::kOccupied;
+  }
   while (!open.empty()) {
     const std::uint32_t cell = open.front();
     open.pop_front();

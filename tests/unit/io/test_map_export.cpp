@@ -141,9 +141,9 @@ TEST(MapExport, OptionsOutOfRangeAreRefused) {
   refuses("m.bt", [](io::ExportOptions& o) { o.cell = -0.1; });
   refuses("m.bt", [](io::ExportOptions& o) { o.cell = NAN; });
   refuses("m.pcd", [](io::ExportOptions& o) { o.spacing = NAN; });
-  refuses("m.pgm", [](io::ExportOptions& o) { o.band.low = 3.0; });
-  refuses("m.pgm", [](io::ExportOptions& o) { o.band.high = NAN; });
-  refuses("m.pgm", [](io::ExportOptions& o) { o.band.ground = INFINITY; });
+  refuses("m.pgm", [](io::ExportOptions& o) { o.robot.max_step = 3.0; });
+  refuses("m.pgm", [](io::ExportOptions& o) { o.robot.height = NAN; });
+  refuses("m.pgm", [](io::ExportOptions& o) { o.robot.radius = INFINITY; });
 }
 
 TEST(MapExport, AnEmptyMapHasFilesToo) {
