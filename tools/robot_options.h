@@ -19,7 +19,8 @@ inline void addRobotOptions(CLI::App& command, RobotModel& robot) {
                   "plans: floor around its path that it stood on, m (0 to 100)")
       ->capture_default_str();
   command
-      .add_option("--max-step", robot.max_step, "plans: step up or down that it climbs, m (0 to 10)")
+      .add_option("--max-step", robot.max_step,
+                  "plans: step up or down that it climbs, m (0 to 10)")
       ->capture_default_str();
   command
       .add_option_function<double>(

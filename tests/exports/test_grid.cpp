@@ -90,8 +90,8 @@ TEST(NavigationMap, OriginAndOrderOfRowsAreThoseOfMapServer) {
   const Loaded map = load(file / "m.yaml");
   EXPECT_EQ(map.resolution, 0.5);
   EXPECT_EQ(map.origin, (std::array<double, 3>{-1.0, 0.5, 0.0}));
-  EXPECT_EQ(map.picture(), (std::vector<std::string>{".....#", "......", "......", "......",
-                                                     "......"}));
+  EXPECT_EQ(map.picture(),
+            (std::vector<std::string>{".....#", "......", "......", "......", "......"}));
 }
 
 TEST(NavigationMap, YamlNamesAnyFileAndTheRobot) {

@@ -54,7 +54,7 @@ struct PlanScene {
   std::vector<Vector3> places;  ///< of the robot's wheels
   double sensor = 0.4;          ///< over them
   int rings = 32;
-  double resolution = 0.1;  ///< of the map
+  double resolution = 0.1;      ///< of the map
   std::vector<Vector3> points;  ///< all that was measured
 
   PlanScene& add(const Vector3& low, const Vector3& high, double rise = 0.0) {
@@ -149,8 +149,8 @@ inline PlanFigures figuresOf(const PlanScene& scene, const Plan& plan, const Rob
   const auto next = [&](std::size_t cell, int dx, int dy) -> std::size_t {
     const int x = static_cast<int>(cell % plan.width) + dx;
     const int y = static_cast<int>(cell / plan.width) + dy;
-    const bool has = x >= 0 && y >= 0 && x < static_cast<int>(plan.width) &&
-                     y < static_cast<int>(plan.height);
+    const bool has =
+        x >= 0 && y >= 0 && x < static_cast<int>(plan.width) && y < static_cast<int>(plan.height);
     return has ? static_cast<std::size_t>(y) * plan.width + static_cast<std::size_t>(x)
                : plan.values.size();
   };

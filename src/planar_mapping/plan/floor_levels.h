@@ -20,7 +20,9 @@ struct PlanRaster {
 
   std::size_t count() const { return std::size_t(width) * std::size_t(height); }
   bool has(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
-  std::size_t at(int x, int y) const { return std::size_t(y) * std::size_t(width) + std::size_t(x); }
+  std::size_t at(int x, int y) const {
+    return std::size_t(y) * std::size_t(width) + std::size_t(x);
+  }
   int xOf(std::size_t cell_number) const { return int(cell_number % std::size_t(width)); }
   int yOf(std::size_t cell_number) const { return int(cell_number / std::size_t(width)); }
   Vector2 middleOf(int x, int y) const { return origin + cell * Vector2(x + 0.5, y + 0.5); }

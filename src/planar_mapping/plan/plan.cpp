@@ -22,8 +22,8 @@ void transformLine(const float* f, std::size_t n, float* result, std::vector<std
     double start = -INFINITY;
     while (parabolas > 0) {
       const auto p = double(roots[parabolas - 1]), at = double(q);
-      start = ((double(f[q]) + at * at) - (double(f[roots[parabolas - 1]]) + p * p)) /
-              (2.0 * (at - p));
+      start =
+          ((double(f[q]) + at * at) - (double(f[roots[parabolas - 1]]) + p * p)) / (2.0 * (at - p));
       if (start > from[parabolas - 1]) break;
       --parabolas;
       start = -INFINITY;
@@ -98,8 +98,8 @@ std::vector<float> Plan::distances() const {
 }
 
 PlanSource planSourceOf(const PlanarMap& map) {
-  return sourceOf(map, map.params().unseen == Unseen::Unknown ? map.freeCuboids()
-                                                              : map.unknownCuboids());
+  return sourceOf(
+      map, map.params().unseen == Unseen::Unknown ? map.freeCuboids() : map.unknownCuboids());
 }
 
 std::vector<Plan> plansOf(const PlanSource& source, const RobotModel& robot, double cell) {
@@ -129,7 +129,8 @@ Plan planAround(const PlanarMap& map, const Vector3& sensor, double reach, const
   const auto drop = [](auto& list, const auto& is_out) {
     list.erase(std::remove_if(list.begin(), list.end(), is_out), list.end());
   };
-  drop(source.occupied, [&](const Cuboid& c) { return is_away(c.center, planar_mapping::reach(c)); });
+  drop(source.occupied,
+       [&](const Cuboid& c) { return is_away(c.center, planar_mapping::reach(c)); });
   drop(source.ground, [&](const GroundPoint& p) { return is_away(p.position, Vector3::Zero()); });
   drop(source.path, [&](const Vector3& p) { return is_away(p, Vector3::Zero()); });
   source.path.push_back(sensor);

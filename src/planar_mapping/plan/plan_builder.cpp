@@ -41,8 +41,8 @@ Cuboid turned(const Quaternion& turn, Cuboid cuboid) {
 bool spanOf(const Cuboid& cuboid, const Matrix3& to_local, const Vector2& at, double grow,
             double& low, double& high) {
   const Vector3 from = to_local * (Vector3(at.x(), at.y(), 0.0) - cuboid.center);
-  const Vector3 half = 0.5 * cuboid.size +
-                       grow * (to_local.col(0).cwiseAbs() + to_local.col(1).cwiseAbs());
+  const Vector3 half =
+      0.5 * cuboid.size + grow * (to_local.col(0).cwiseAbs() + to_local.col(1).cwiseAbs());
   Vector3 along = to_local.col(2);
   for (double& a : along) a = std::abs(a) < 1e-9 ? 0.0 : a;
   low = -1e9;
@@ -149,9 +149,9 @@ void PlanBuilder::addFaces() {
       continue;
     }
     double offset = normal.dot(cuboid.center);
-    const auto plane = std::lower_bound(
-        planes_.begin(), planes_.end(), cuboid.plane_id,
-        [](const MapPlane& p, std::int32_t id) { return p.id < id; });
+    const auto plane =
+        std::lower_bound(planes_.begin(), planes_.end(), cuboid.plane_id,
+                         [](const MapPlane& p, std::int32_t id) { return p.id < id; });
     if (plane != planes_.end() && plane->id == cuboid.plane_id &&
         std::abs(plane->plane.signedDistance(cuboid.center)) <= 0.5 * cuboid.size.z() + 1e-6) {
       normal = plane->plane.normal;
@@ -184,9 +184,8 @@ void PlanBuilder::addGround() {
   CellLists<std::uint32_t>::Found near;
   const Vector2 reach = Vector2::Constant(kSide - 1e-6);
   for (std::uint32_t i = 0; i < ground_.size(); ++i)
-    raster_.around(ground_[i].position.head<2>(), reach, [&](int x, int y) {
-      near.emplace_back(std::uint32_t(raster_.at(x, y)), i);
-    });
+    raster_.around(ground_[i].position.head<2>(), reach,
+                   [&](int x, int y) { near.emplace_back(std::uint32_t(raster_.at(x, y)), i); });
   CellLists<std::uint32_t> places;
   places.build(raster_.count(), near);
   for (std::size_t cell = 0; cell < raster_.count(); ++cell) {
@@ -213,7 +212,7 @@ void PlanBuilder::addGround() {
 
 void PlanBuilder::sortLevels() {
   std::sort(found_.begin(), found_.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first
+    return a.first != b.first                   ? a.first < b.first
            : a.second.height != b.second.height ? a.second.height > b.second.height
                                                 : a.second.kind > b.second.kind;
   });
@@ -285,9 +284,10 @@ std::optional<std::uint32_t> PlanBuilder::floorUnder(const Vector3& sensor) cons
         const Vector2 off = sensor.head<2>() - raster_.middleOf(cx, cy);
         const double height = level.height + level.slope_x * off.x() + level.slope_y * off.y();
         const double over = sensor.z() - height;
-        const bool is_possible = std::isnan(robot_.camera_height)
-                                     ? over > 0.0 && over <= kMaxCameraHeight
-                                     : std::abs(over - robot_.camera_height) <= 2.0 * robot_.max_step;
+        const bool is_possible =
+            std::isnan(robot_.camera_height)
+                ? over > 0.0 && over <= kMaxCameraHeight
+                : std::abs(over - robot_.camera_height) <= 2.0 * robot_.max_step;
         if (!is_possible) continue;
         // A floor of a room before furniture, then what is nearer, then what is higher.
         const double rank = std::min(part_area_[i], kMinFloor) * 1e4 - ring * 10.0 - over;
@@ -347,8 +347,7 @@ void PlanBuilder::addPath() {
     stood.emplace_back(cell_of_[*under], levels_[*under].height);
     FloorLevel floor = levels_[*under];
     const std::size_t cell = cell_of_[*under];
-    const Vector2 off =
-        sensor.head<2>() - raster_.middleOf(raster_.xOf(cell), raster_.yOf(cell));
+    const Vector2 off = sensor.head<2>() - raster_.middleOf(raster_.xOf(cell), raster_.yOf(cell));
     floor.height += float(floor.slope_x * off.x() + floor.slope_y * off.y());
     floors.emplace_back(sensor.head<2>(), floor);
   }
@@ -375,8 +374,11 @@ void PlanBuilder::stackObstacles() {
     const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
     const Vector3 half = planar_mapping::reach(cuboid);
     // Points are in the middle of grid cells and of the cuboids of level faces.
-    const bool is_level = cuboid.plane_id >= 0 && std::abs(to_local(2, 2)) > std::cos(robot_.max_slope);
-    const double lower = cuboid.plane_id < 0 ? 0.5 * resolution_ : is_level ? 0.5 * cuboid.size.z() : 0.0;
+    const bool is_level =
+        cuboid.plane_id >= 0 && std::abs(to_local(2, 2)) > std::cos(robot_.max_slope);
+    const double lower = cuboid.plane_id < 0 ? 0.5 * resolution_
+                         : is_level          ? 0.5 * cuboid.size.z()
+                                             : 0.0;
     raster_.around(cuboid.center.head<2>(), half.head<2>(), [&](int x, int y) {
       double low = 0.0, high = 0.0;
       const double grow = (0.5 - 1e-6) * raster_.cell;
@@ -420,8 +422,8 @@ void PlanBuilder::lookAbove() {
   if (unseen_ == Unseen::Free) free_->invert();
   for (std::uint32_t i = 0; i < levels_.size(); ++i) {
     const FloorLevel& level = levels_[i];
-    const FreeColumns::Count above = free_->count(cell_of_[i], level.height + robot_.max_step,
-                                                  level.height + robot_.height);
+    const FreeColumns::Count above =
+        free_->count(cell_of_[i], level.height + robot_.max_step, level.height + robot_.height);
     states_[i].is_blocked = isBlocked(cell_of_[i], level.height);
     states_[i].is_seen = level.kind == FloorLevel::Kind::Path ||
                          above.all - above.free <= std::min(kMaxUnseen, above.all / 2);
@@ -533,7 +535,8 @@ std::vector<double> PlanBuilder::storeyHeights() const {
 Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey) const {
   // Stairs between two storeys are in both plans.
   const double low = storey == 0 ? -INFINITY : storeys[storey - 1] + robot_.max_step;
-  const double high = storey + 1 == storeys.size() ? INFINITY : storeys[storey + 1] - robot_.max_step;
+  const double high =
+      storey + 1 == storeys.size() ? INFINITY : storeys[storey + 1] - robot_.max_step;
   Plan plan;
   plan.width = std::uint32_t(raster_.width);
   plan.height = std::uint32_t(raster_.height);
@@ -550,7 +553,8 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
     for (std::uint32_t i = levels_.begin(cell); i < levels_.end(cell); ++i) {
       const double h = levels_[i].height;
       if (!states_[i].is_reached || h <= low || h >= high) continue;
-      if (best == none || std::abs(h - storeys[storey]) < std::abs(levels_[best].height - storeys[storey]))
+      if (best == none ||
+          std::abs(h - storeys[storey]) < std::abs(levels_[best].height - storeys[storey]))
         best = i;
     }
     if (best == none) continue;
@@ -599,17 +603,17 @@ std::string PlanBuilder::noteOf(const Plan& plan, const std::vector<std::uint32_
     measured += levels_[i].kind != FloorLevel::Kind::Path ? 1 : 0;
     unseen += !states_[i].is_blocked && !states_[i].is_seen ? 1 : 0;
   }
-  const double free =
-      double(std::count(plan.values.begin(), plan.values.end(), Plan::kFree));
+  const double free = double(std::count(plan.values.begin(), plan.values.end(), Plan::kFree));
   char text[400];
-  std::snprintf(text, sizeof text, "%.1f m2 free (%.0f %% of what is free or occupied)", area * free,
-                100.0 * plan.freeFraction());
+  std::snprintf(text, sizeof text, "%.1f m2 free (%.0f %% of what is free or occupied)",
+                area * free, 100.0 * plan.freeFraction());
   std::string note = text;
   if (measured == 0) {
     note += levels_.size() == 0 ? "; no floor was measured: no level face and no removed ground"
                                 : "; no floor that the robot reaches was measured";
   } else if (free < 0.5 * double(levels.size())) {
-    std::snprintf(text, sizeof text, "; of %.1f m2 of floor %.1f m2 were not seen free up to %.2g m",
+    std::snprintf(text, sizeof text,
+                  "; of %.1f m2 of floor %.1f m2 were not seen free up to %.2g m",
                   area * double(levels.size()), area * double(unseen), robot_.height);
     note += text;
     note += 2 * unseen > levels.size() ? ": a lower --robot-height or frames that look higher help"

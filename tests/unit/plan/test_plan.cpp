@@ -20,8 +20,8 @@ Cuboid between(const Vector3& low, const Vector3& high, int plane, CellState sta
 struct World : PlanSource {
   World& floor(const Vector3& low, const Vector3& high, double headroom = 2.0) {
     occupied.push_back(between(low, high, int(occupied.size()), CellState::Occupied));
-    space.push_back(between({low.x(), low.y(), high.z()},
-                            {high.x(), high.y(), high.z() + headroom}, -1, CellState::Free));
+    space.push_back(between({low.x(), low.y(), high.z()}, {high.x(), high.y(), high.z() + headroom},
+                            -1, CellState::Free));
     return *this;
   }
   Plan plan(const RobotModel& robot = RobotModel()) const { return plansOf(*this, robot).at(0); }
@@ -70,7 +70,7 @@ TEST(Plan, WithoutFloorOrHeadroomNothingIsFree) {
   EXPECT_NE(wall.plan().note.find("no floor"), std::string::npos) << wall.plan().note;
   EXPECT_NE(wall.plan().note.find("no path"), std::string::npos) << wall.plan().note;
   World low;
-  low.floor({0, 0, -0.1}, {3, 3, 0}, 1.0);
+  low.floor({0, 0, -0.1}, {3, 3, 0}, 0.6);
   EXPECT_EQ(low.plan().freeFraction(), 0.0);
   EXPECT_NE(low.plan().note.find("--robot-height"), std::string::npos) << low.plan().note;
   EXPECT_EQ(plansOf(PlanSource(), RobotModel()).at(0).freeFraction(), 0.0);

@@ -10,7 +10,8 @@ namespace {
 
 TEST(PlanScenes, NoCellOverADropIsFreeAndWhatIsDrivableIs) {
   const RobotModel robot;
-  std::printf("%-28s %10s %10s %10s %10s\n", "scene", "over drop", "obstacle", "drivable", "free %");
+  std::printf("%-28s %10s %10s %10s %10s\n", "scene", "over drop", "obstacle", "drivable",
+              "free %");
   int all_drivable = 0, all_free = 0;
   for (test::PlanScene& scene : test::planScenes()) {
     const PlanarMap map = scene.map();

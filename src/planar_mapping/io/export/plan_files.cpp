@@ -23,10 +23,9 @@ std::string yamlOf(const std::string& name) {
 }
 
 std::string textOf(const RobotModel& robot) {
-  std::string text = concatenated("robot ", robot.height, " m high, ", robot.radius,
-                                  " m radius, steps to ", robot.max_step, " m, slopes to ",
-                                  std::round(1e3 * robot.max_slope / kRadiansPerDegree) / 1e3,
-                                  " degrees");
+  std::string text = concatenated(
+      "robot ", robot.height, " m high, ", robot.radius, " m radius, steps to ", robot.max_step,
+      " m, slopes to ", std::round(1e3 * robot.max_slope / kRadiansPerDegree) / 1e3, " degrees");
   if (!std::isnan(robot.camera_height))
     append(text, ", camera ", robot.camera_height, " m over the floor");
   return text;
@@ -116,17 +115,17 @@ std::string svgOf(const Plan& plan, const std::vector<WallRectangle>& walls,
       while (end < plan.width && plan.at(end, y) == Plan::kFree) ++end;
       if (end > x)
         append(svg, 'M', millimetres(plan.origin.x() + plan.cell * x), ' ',
-               millimetres(plan.origin.y() + plan.cell * y), 'h', millimetres(plan.cell * (end - x)),
-               'v', millimetres(plan.cell), 'h', millimetres(-plan.cell * (end - x)), 'z');
+               millimetres(plan.origin.y() + plan.cell * y), 'h',
+               millimetres(plan.cell * (end - x)), 'v', millimetres(plan.cell), 'h',
+               millimetres(-plan.cell * (end - x)), 'z');
       x = std::max(end, x + 1);
     }
   }
   svg += "\"/>\n";
   for (const WallRectangle& wall : walls) {
-    append(svg, wall.is_opening
-                    ? "<polygon class=\"opening\" fill=\"none\" stroke=\"#4a7fb5\" "
-                      "stroke-width=\"0.02\" stroke-dasharray=\"0.1 0.05\" points=\""
-                    : "<polygon class=\"wall\" fill=\"#26324a\" points=\"");
+    append(svg, wall.is_opening ? "<polygon class=\"opening\" fill=\"none\" stroke=\"#4a7fb5\" "
+                                  "stroke-width=\"0.02\" stroke-dasharray=\"0.1 0.05\" points=\""
+                                : "<polygon class=\"wall\" fill=\"#26324a\" points=\"");
     for (int i = 0; i < 4; ++i)
       append(svg, i > 0 ? " " : "", millimetres(wall.corner(i).x()), ',',
              millimetres(wall.corner(i).y()));
@@ -137,11 +136,12 @@ std::string svgOf(const Plan& plan, const std::vector<WallRectangle>& walls,
 
 /// AutoCAD R12, which all readers know: closed polylines in two layers, metres.
 std::string dxfOf(const std::vector<WallRectangle>& walls, double floor) {
-  std::string dxf = "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n0\nENDSEC\n"
-                    "0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n70\n2\n"
-                    "0\nLAYER\n2\nWALLS\n70\n0\n62\n7\n6\nCONTINUOUS\n"
-                    "0\nLAYER\n2\nOPENINGS\n70\n0\n62\n5\n6\nCONTINUOUS\n"
-                    "0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";
+  std::string dxf =
+      "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n0\nENDSEC\n"
+      "0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n70\n2\n"
+      "0\nLAYER\n2\nWALLS\n70\n0\n62\n7\n6\nCONTINUOUS\n"
+      "0\nLAYER\n2\nOPENINGS\n70\n0\n62\n5\n6\nCONTINUOUS\n"
+      "0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";
   for (const WallRectangle& wall : walls) {
     const char* layer = wall.is_opening ? "OPENINGS" : "WALLS";
     append(dxf, "0\nPOLYLINE\n8\n", layer, "\n66\n1\n10\n0\n20\n0\n30\n", floor, "\n70\n1\n");

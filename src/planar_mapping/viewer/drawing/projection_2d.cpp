@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "planar_mapping/viewer/drawing/canvas.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/viewer/drawing/canvas.h"
 #include "planar_mapping/viewer/scene/ground.h"
 
 namespace planar_mapping {
@@ -63,7 +63,7 @@ Page makePlan(const SceneContent& content, const ViewOptions& options, double fo
 
 /// The storeys in the axes of the frame, in cells of the map or, where those are smaller, pixels.
 std::vector<Plan> storeysOf(const SceneContent& content, const ViewOptions& options,
-                                          const RobotModel& robot, const Page& page) {
+                            const RobotModel& robot, const Page& page) {
   Matrix3 axes;
   axes << page.frame.right, page.frame.forward, page.frame.up;
   const Quaternion turn(axes.transpose());
@@ -88,8 +88,8 @@ std::vector<Plan> storeysOf(const SceneContent& content, const ViewOptions& opti
 }
 
 /// The grid as a picture: obstacles and what is unknown.
-vtkSmartPointer<vtkImageData> pictureOf(const Plan& grid,
-                                        const ViewOptions& options, const Page& page) {
+vtkSmartPointer<vtkImageData> pictureOf(const Plan& grid, const ViewOptions& options,
+                                        const Page& page) {
   auto picture = vtkSmartPointer<vtkImageData>::New();
   picture->SetDimensions(options.width, options.height, 1);
   picture->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
@@ -101,15 +101,14 @@ vtkSmartPointer<vtkImageData> pictureOf(const Plan& grid,
                           pixel.y() > page.top && pixel.y() < page.corner.y();
       const Vector2 place = page.placeOf(pixel);
       std::uint32_t x = 0, y = 0;
-      const int value = grid.cellOf(place.x(), place.y(), x, y) ? grid.at(x, y)
-                                                                : Plan::kUnknown;
+      const int value = grid.cellOf(place.x(), place.y(), x, y) ? grid.at(x, y) : Plan::kUnknown;
       const bool is_occupied = value == Plan::kOccupied;
       const Color color = is_occupied ? kOccupied : kUnknown;
       rgba[0] = color.red;
       rgba[1] = color.green;
       rgba[2] = color.blue;
-      const bool is_shown = is_occupied ? options.show.occupied
-                                        : value != Plan::kFree && options.show.unknown;
+      const bool is_shown =
+          is_occupied ? options.show.occupied : value != Plan::kFree && options.show.unknown;
       rgba[3] = inside && is_shown ? 255 : 0;
     }
   }
