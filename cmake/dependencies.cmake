@@ -46,7 +46,7 @@ if(PLANAR_MAPPING_BUILD_STEREO)
   endif()
 endif()
 if(PLANAR_MAPPING_BUILD_VIEWER)
-  find_package(VTK 9.1 COMPONENTS ChartsCore CommonCore CommonDataModel FiltersCore FiltersGeneral FiltersSources
+  find_package(VTK 9.1 COMPONENTS CommonCore CommonDataModel FiltersCore FiltersGeneral FiltersSources
                IOImage InteractionStyle InteractionWidgets RenderingAnnotation RenderingContextOpenGL2 RenderingCore
                RenderingFreeType RenderingOpenGL2 RenderingUI ViewsContext2D
                OPTIONAL_COMPONENTS IOGeometry IOPLY IOXML QUIET)  # these for tests of exports

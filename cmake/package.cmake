@@ -63,7 +63,7 @@ endif()
 planar_mapping_package(development libdevel "${needed}" "Headers and CMake package of the C++ library and its PCL classes.")
 planar_mapping_package(tools science "${library}"
   "planar_map makes, asks, converts and compares maps; ready configurations for clouds, RGB-D and stereo sequences.")
-set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "${package_of_viewer}")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "${package_of_viewer}, python3-matplotlib")
 planar_mapping_package(viewer science "${library}" "planar_map_viewer shows and draws maps, also without a display.")
 math(EXPR next_python "0${Python_VERSION_MINOR} + 1")
 set(this_python "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${next_python})")

@@ -2,7 +2,7 @@
 # From nothing to a map you can look at: installs packages, builds, maps, draws.
 #   scripts/demo.sh                 images of a stereo camera in a generated corridor
 #   scripts/demo.sh FILE.pcd...     your own clouds
-#   scripts/demo.sh FOLDER          your own sequence, or one of KITTI, TUM RGB-D, EuRoC, ICL-NUIM, Middlebury, Open3D
+#   scripts/demo.sh FOLDER          your own sequence, or one of KITTI, TUM RGB-D, EuRoC, ICL-NUIM, Middlebury
 # PLANAR_MAPPING_DEMO_DIR chooses where the results go (default: out/demo below the project).
 set -euo pipefail
 if [[ ${1:-} == -h || ${1:-} == --help ]]; then

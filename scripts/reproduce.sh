@@ -7,7 +7,7 @@
 # PLANAR_MAPPING_JOBS places are judged beside each other (default 1: times are of one thread).
 # Tables of docs/results.md that this does not make: motion (scripts/motion_table.py), GMMap (benchmarks/gmmap_peer),
 # free and unknown space (ctest -R ObservedSpace -V), planes of stereo pairs and white walls (ctest -R WhiteWalls -V and
-# others), planes of clouds (compare_plane_quality, compare_planes, compare_plane_sources), updates of beliefs
+# others), planes of clouds (compare_plane_quality, compare_planes), updates of beliefs
 # (belief_roc, map_experiments), single clouds (planar_map run), disparities and speed (benchmark_*). Their commands stand
 # beside them there.
 set -euo pipefail

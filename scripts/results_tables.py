@@ -2,8 +2,7 @@
 """The tables of docs/results.md from the output of scripts/reproduce.sh:
 
     scripts/results_tables.py OUT                            prints them
-    scripts/results_tables.py OUT --write PAGE...            replaces them in docs/results.md and README.md; parts that
-                                                             were not run stay as they are
+    scripts/results_tables.py OUT --write docs/results.md    replaces them there; parts that were not run stay as they are
 """
 import json
 import os
@@ -73,8 +72,6 @@ def method_tables(out):
     sizes = head("input", "s m", "memory kB SG / OG / RA / PG", "file kB RA / `.bt` / `.bt` zstd / `.ot` / finished / full",
                  "ms a frame SG / OG / RA / no planes / PG")
     all_rows = []
-    overview = head("s = 0.1 m", "standard grid", "OctoMap", "cuboids (RMAP)", "ours without planes", "**planar_mapping**",
-                    "free space marked, %: OctoMap / no planes / ours")
     four = ("SG", "OG", "no_planes", "PG")
     for folder, scene, name in INPUTS:
         for s, of in rows_of(out, folder, scene):
@@ -84,8 +81,6 @@ def method_tables(out):
             pg = of["PG"]["cells"]
             cells.append(line(name, s, *count, f"{pg / of['RA']['cells']:.2f}", f"{pg / of['no_planes']['cells']:.2f}",
                               f"{of['PG']['combination_efficiency']:.3f}"))
-            if s == 0.1:
-                overview.append(line(name, *count[:3], *count[4:], joined(of, four[1:], "free_space_violation", 100)))
             files = [of["RA"]["file_bytes"], of["OG"]["file_bytes"], of["OG"]["compressed_bytes"], of["OG"]["ot_bytes"],
                      of["PG"]["finished_bytes"], of["PG"]["file_bytes"]]
             sizes.append(line(name, s, " / ".join(short(of[m]["memory_bytes"] / 1e3) for m in ("SG", "OG", "RA", "PG")),
@@ -112,7 +107,7 @@ def method_tables(out):
                 signs = [(a > b + equal) - (a < b - equal) for a, b in pairs if a is not None and b is not None]
                 counts.append(", ".join(str(signs.count(x * sign)) for x in (-1, 0, 1)) if signs else "")
             summary.append(line(name, *counts))
-    return {"overview": overview, "summary": summary, "cells": cells, "error": error, "cover": cover, "space": space, "sizes": sizes}
+    return {"summary": summary, "cells": cells, "error": error, "cover": cover, "space": space, "sizes": sizes}
 
 
 def regimes(out):

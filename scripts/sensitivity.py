@@ -89,9 +89,6 @@ ROOMS = [("planes/organized", IMAGES), ("planes/tiles", IMAGES), ("planes/dispar
 # Mechanisms that can be switched off: name, file below src/planar_mapping, text, text without it.
 OFF = '::planar_mapping::tunable<int>("off:%s", 0)'
 MECHANISMS = [
-    ("folds", "planes/organized/organized_planes.cpp", "  cutFolds(tiles,", "  if (!OFF) cutFolds(tiles,"),
-    ("joining across folds", "planes/organized/metric_fit.cpp",
-     "|| isFold(one, other, joined, *this)", "|| (!OFF && isFold(one, other, joined, *this))"),
     ("settling of edges", "planes/organized/organized_planes.cpp", "  if (!pixels.isNoisy()) return;", "  if (OFF || !pixels.isNoisy()) return;"),
     ("agreement of surroundings", "planes/organized/organized_planes.cpp", "  freeDisagreeing(cloud,", "  if (!OFF) freeDisagreeing(cloud,"),
     ("bent surfaces", "planes/tiles/organized_coherence.cpp", "} else if (!test.may_bend &&", "} else if (!OFF && !test.may_bend &&"),
@@ -118,7 +115,6 @@ MECHANISMS = [
      "const bool significant = isSignificant(", "const bool significant = OFF || isSignificant("),
     ("company of leaves", "planes/unorganized/leaf_voters.h",
      "return agree >= kMinCompany * (agree + oppose);", "return OFF || agree >= kMinCompany * (agree + oppose);"),
-    ("crowded cells", "planes/surface_leaves.cpp", "if (grid.sums[cell].n < kCrowd) continue;", "if (OFF || grid.sums[cell].n < kCrowd) continue;"),
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
     ("occluding edges", "localization/registration/surface_shape.cpp", "if (!cloud.isOrganized())", "if (OFF || !cloud.isOrganized())"),

@@ -102,6 +102,7 @@ constexpr std::pair<const char*, const char*> kTopKeys[] = {
     {"profile", "`compact` (default) or `paper`: nothing beyond the paper"},
     {"seed", "of everything random, 0 to 9007199254740991, default 12345"},
     {"threads", "0 = all cores, default 1; never changes the result"},
+    {"scale", "metres a unit of the clouds of files, 0.001 for millimetres, default 1"},
     {"inputs", "files or folders, relative to the configuration file"},
     {"poses", "trajectory in TUM or KITTI format, relative to the configuration file"},
     {"calibration",

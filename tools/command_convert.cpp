@@ -83,7 +83,8 @@ void addConvertCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("convert", "A map as a file for other programs");
   const auto arguments = std::make_shared<ConvertArguments>();
   io::ExportOptions& options = arguments->options;
-  command->add_option("map", arguments->map, "Map (*.pmap)")->required();
+  command->add_option("map", arguments->map, "Map (*.pmap), or the result folder of a run")
+      ->required();
   command
       ->add_option("output", arguments->output,
                    "File to write; its extension chooses the format (see below)")

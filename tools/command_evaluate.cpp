@@ -8,16 +8,17 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "evaluation/baselines/octree_grid.h"
 #include "evaluation/runs/evaluation_run.h"
 #include "frame_command.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
-#include "evaluation/baselines/octree_grid.h"
 #include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {
@@ -50,8 +51,7 @@ std::vector<std::pair<std::string, std::string>> machineFacts() {
           {"cores", std::to_string(std::thread::hardware_concurrency())},
           {"octomap", evaluation::makeOctreeGrid(1.0) ? PLANAR_MAPPING_OCTOMAP_VERSION
                                                       : "not built in: OG is left out"},
-          {"pcl", PCL_VERSION_PRETTY},
-          {"vtk", PLANAR_MAPPING_VTK_VERSION}};
+          {"pcl", PCL_VERSION_PRETTY}};
 }
 
 struct EvaluateArguments : FrameArguments {
@@ -83,6 +83,19 @@ std::vector<std::string> withCell(const Configuration& configuration, double cel
     }
   }
   return assignments;
+}
+
+/// "NAME:stage.key=value,stage.key=value", on the compact profile. \throws UsageError
+Variant parseVariant(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  Variant variant{text.substr(0, colon), {}};
+  if (colon == std::string::npos || variant.name.empty())
+    throw UsageError("--variant: '" + text + "' is not NAME:stage.key=value,...");
+  std::istringstream assignments(text.substr(colon + 1));
+  for (std::string one; std::getline(assignments, one, ',');) variant.assignments.push_back(one);
+  if (variant.assignments.empty())
+    throw UsageError("--variant: '" + text + "' changes nothing; give NAME:stage.key=value,...");
+  return variant;
 }
 
 PlanarMethod methodOf(const EvaluateArguments& arguments, const Variant& variant) {
@@ -173,12 +186,11 @@ void write(const OutputDirectory& directory, const std::string& stem,
   directory.write(stem + ".md", evaluation::toMarkdown(header, results));
 }
 
-/// The viewer draws: this program knows no VTK. \throws RenderError if nothing can
+/// matplotlib draws. \throws RenderError if it cannot
 void drawFigures(const std::string& directory, bool quiet) {
-  std::vector<std::string> command = {"charts", directory, "--force"};
-  if (quiet) command.emplace_back("--quiet");
-  const int code = runViewer(command);
-  if (code != kDone)
+  std::vector<std::string> arguments = {directory, "--force"};
+  if (quiet) arguments.emplace_back("--quiet");
+  if (runCompanion({"planar_map_charts", "install the package of planar_map"}, arguments) != kDone)
     throw RenderError("the figures are not drawn (see above); the tables are in " + directory);
 }
 
@@ -190,7 +202,7 @@ std::vector<std::string> outputNames(bool ablation, bool figures) {
   if (ablation) add({"ablation.json", "ablation.csv", "ablation.md"});
   if (figures)
     add({"fig12_combination_efficiency.png", "fig13_mapping_error.png",
-         "fig14_memory_file_time.png"});
+         "fig14_memory_file_time.png", "cells_at_equal_error.png"});
   return names;
 }
 

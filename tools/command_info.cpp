@@ -8,8 +8,8 @@
 #include "commands.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
-#include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/layouts/sequence.h"
+#include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::tools {
@@ -52,8 +52,9 @@ Json mapInfo(const std::string& path) {
   return info;
 }
 
-Json cloudInfo(const std::string& path) {
-  const io::CloudData cloud = io::readCloudFile(path, io::CloudChannels::none());
+Json cloudInfo(const std::string& path, double scale) {
+  io::CloudData cloud = io::readCloudFile(path, io::CloudChannels::none());
+  io::scaleCloud(cloud, scale);
   const io::CloudFileInfo header = io::readCloudFileInfo(path);
   Eigen::AlignedBox3d bounds;
   std::size_t finite = 0;
@@ -80,8 +81,8 @@ Json cloudInfo(const std::string& path) {
   return info;
 }
 
-Json sequenceInfo(const std::string& path) {
-  const io::Sequence sequence({path});
+Json sequenceInfo(const std::string& path, const io::SequenceOptions& options) {
+  const io::Sequence sequence({path}, options);
   const char* poses = sequence.poseSource() == io::PoseSource::None        ? "none"
                       : sequence.poseSource() == io::PoseSource::Viewpoint ? "viewpoint"
                                                                            : "file";
@@ -101,15 +102,17 @@ Json sequenceInfo(const std::string& path) {
   return info;
 }
 
-Json infoOf(const std::string& path) {
+Json infoOf(const std::string& given, const io::SequenceOptions& options) {
+  const std::string path = io::mapFileOf(given);
   std::error_code ignored;
-  if (fs::is_directory(path, ignored)) return sequenceInfo(path);
-  if (io::recognizeCloudFile(path) != io::CloudFormat::None) return cloudInfo(path);
+  if (fs::is_directory(path, ignored)) return sequenceInfo(path, options);
+  if (io::recognizeCloudFile(path) != io::CloudFormat::None) return cloudInfo(path, options.scale);
   try {
     return mapInfo(path);
   } catch (const Error&) {
     const fs::path ending = fs::path(path).extension();
-    if (ending == ".pcd" || ending == ".ply" || ending == ".bin") return cloudInfo(path);
+    if (ending == ".pcd" || ending == ".ply" || ending == ".bin")
+      return cloudInfo(path, options.scale);
     if (ending == ".pmap" || !fs::exists(path, ignored)) throw;
     throw IoError(path,
                   "is neither a map (.pmap) nor a cloud (PCD, PLY, KITTI) nor a sequence folder");
@@ -135,15 +138,21 @@ void printFlat(const Json& json, const std::string& prefix) {
 void addInfoCommand(CLI::App& app, int&) {
   struct Arguments {
     std::string file;
+    io::SequenceOptions options;
     bool json = false;
   };
   auto* command = app.add_subcommand("info", "What a map, a cloud or a sequence folder holds");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("file", arguments->file, "Map, PCD or PLY file, or sequence folder")
+  command
+      ->add_option("file", arguments->file,
+                   "Map, result folder of a run, PCD or PLY file, or sequence folder")
       ->required();
+  command->add_option("--calib", arguments->options.calibration_file,
+                      "Calibration (calib.yaml) in place of the folder's");
+  addScaleOption(*command, arguments->options.scale);
   command->add_flag("--json", arguments->json, "For machines");
   command->callback([arguments]() {
-    const Json info = infoOf(arguments->file);
+    const Json info = infoOf(arguments->file, arguments->options);
     if (arguments->json) {
       std::cout << info.dump(2) << '\n';
     } else {

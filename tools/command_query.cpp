@@ -143,7 +143,8 @@ void answer(const QueryArguments& arguments) {
 void addQueryCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("query", "Is it free, occupied or unknown there?");
   const auto arguments = std::make_shared<QueryArguments>();
-  command->add_option("map", arguments->map, "Map (*.pmap)")->required();
+  command->add_option("map", arguments->map, "Map (*.pmap), or the result folder of a run")
+      ->required();
   command->add_option("--point", arguments->points, "x,y,z, metres; repeatable")
       ->allow_extra_args(false);
   command->add_option("--box", arguments->boxes, "Lower and upper corner: x,y,z,x,y,z; repeatable")

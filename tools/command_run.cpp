@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "frame_command.h"
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/pipeline/configuration.h"
@@ -74,6 +74,7 @@ struct RunArguments : FrameArguments {
   std::string profile;
   std::string frames;
   int threads = -1;
+  double scale = 1.0;
   bool strict = false;
   bool verbose = false;
   std::vector<std::string> words;  ///< configuration, inputs, or both
@@ -134,6 +135,7 @@ void findConfiguration(RunArguments& arguments) {
   io::SequenceOptions options;
   options.poses_file = arguments.poses;
   options.calibration_file = arguments.calibration;
+  options.scale = arguments.scale;
   chooseConfiguration(watches ? waitForFrames(arguments.inputs, options, watchOptionsOf(arguments))
                               : io::Sequence(arguments.inputs, options),
                       arguments);
@@ -142,6 +144,8 @@ void findConfiguration(RunArguments& arguments) {
 Configuration configurationOf(const RunArguments& arguments) {
   std::vector<std::string> assignments;
   if (arguments.threads >= 0) assignments = {"threads=" + std::to_string(arguments.threads)};
+  if (arguments.scale != 1.0)
+    assignments.push_back("scale=" + nlohmann::json(arguments.scale).dump());
   Configuration configuration = loadFor(arguments, arguments.profile, assignments);
   if (!arguments.frames.empty()) {
     try {
@@ -316,6 +320,7 @@ void addRunCommand(CLI::App& app, int& exit_code) {
   addFrameOptions(*command, *arguments);
   command->add_option("--profile", arguments->profile, "paper or compact")
       ->check(CLI::IsMember({"paper", "compact"}));
+  addScaleOption(*command, arguments->scale);
   command->add_option("--frames", arguments->frames, "A:B:STEP, frames A to B - 1");
   command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
       ->check(CLI::Range(0, 1024));

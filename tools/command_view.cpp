@@ -18,14 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string viewerPath() {
+std::string pathOf(const Companion& program) {
   std::error_code error;
   const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  const fs::path viewer = self.parent_path() / "planar_map_viewer";
-  if (!error && access(viewer.c_str(), X_OK) == 0) return viewer.string();
-  throw RenderError("planar_map_viewer is not beside " + self.string() +
-                    "; build with PLANAR_MAPPING_BUILD_VIEWER=ON (it needs libvtk9-dev) or install "
-                    "it");
+  const fs::path path = self.parent_path() / program.name;
+  if (!error && access(path.c_str(), X_OK) == 0) return path.string();
+  throw RenderError(program.name + " is not beside " + self.string() + "; " + program.advice);
 }
 
 std::vector<char*> argumentsOf(const std::string& path, const std::vector<std::string>& arguments) {
@@ -70,13 +68,15 @@ void addSnapshotCommand(CLI::App& app, int&) {
 }
 
 void becomeViewer(const std::vector<std::string>& arguments) {
-  const std::string path = viewerPath();
+  const std::string path =
+      pathOf({"planar_map_viewer",
+              "build with PLANAR_MAPPING_BUILD_VIEWER=ON (it needs libvtk9-dev) or install it"});
   execv(path.c_str(), argumentsOf(path, arguments).data());
   throw RenderError(path + ": cannot be started: " + std::strerror(errno));
 }
 
-int runViewer(const std::vector<std::string>& arguments) {
-  const std::string path = viewerPath();
+int runCompanion(const Companion& program, const std::vector<std::string>& arguments) {
+  const std::string path = pathOf(program);
   pid_t process = 0;
   const int problem = ::posix_spawn(&process, path.c_str(), nullptr, nullptr,
                                     argumentsOf(path, arguments).data(), environ);

@@ -45,15 +45,16 @@ AddCommand addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand
     addStagesCommand, addInfoCommand, addQueryCommand, addConvertCommand, addMergeCommand,
     addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand, addEvaluateCommand;
 
-/// Becomes the viewer that was built or installed beside this program, so that its exit code is
-/// ours and planar_map itself needs no VTK. \throws RenderError if there is none
+/// A program that was built or installed beside this one.
+struct Companion {
+  std::string name;
+  std::string advice;  ///< how to get it
+};
+/// Becomes the viewer, so that its exit code is ours and planar_map itself needs no VTK.
+/// \throws RenderError if there is none
 [[noreturn]] void becomeViewer(const std::vector<std::string>& arguments);
-/// Starts it and waits for it. \return its exit code. \throws RenderError if there is none
-int runViewer(const std::vector<std::string>& arguments);
-
-/// `planar_map_viewer charts DIR`, which `planar_map evaluate` starts: the figures of the tables in
-/// DIR, drawn into it. \return exit code; throws our errors
-int runCharts(int argc, char** argv);
+/// Starts a program and waits for it. \return its exit code. \throws RenderError if there is none
+int runCompanion(const Companion& program, const std::vector<std::string>& arguments);
 
 /// Results that cannot be written: exit code 1.
 class WriteError : public std::runtime_error {
@@ -102,6 +103,12 @@ template <typename Value>
 CLI::Option* addChecked(CLI::App& command, const char* names, Value& value,
                         const CLI::Validator& check, const char* text) {
   return command.add_option(names, value, text)->capture_default_str()->check(check);
+}
+
+/// For clouds in millimetres and the like.
+inline void addScaleOption(CLI::App& command, double& scale) {
+  addChecked(command, "--scale", scale, numberIn(1e-6, 1e6),
+             "Metres a unit of the clouds and their VIEWPOINT, 0.001 for millimetres");
 }
 
 /// Exactly N finite numbers with commas between them. \throws UsageError naming the option

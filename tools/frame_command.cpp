@@ -36,7 +36,7 @@ void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::st
   command
       .add_option("-i,--input", inputs,
                   "PCD, PLY or .bin files, a directory of them, or a folder: ours, KITTI, TUM "
-                  "RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D" +
+                  "RGB-D, ICL-NUIM, EuRoC, Middlebury, 3DMatch, ScanNet" +
                       without)
       ->allow_extra_args(true);
   command.add_option("--poses", poses,

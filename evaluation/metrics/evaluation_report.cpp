@@ -38,12 +38,6 @@ std::string text(const std::optional<double>& value) {
   return json.is_null() ? std::string() : json.dump();
 }
 
-std::string joined(const std::vector<std::string>& words, const char* separator) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : separator) + word;
-  return out;
-}
-
 std::string fixed(const std::optional<double>& value, int decimals, double factor = 1.0) {
   if (!value) return "-";
   std::ostringstream out;
@@ -79,7 +73,6 @@ Json resultJson(const Summary& row, const std::vector<PlaceResult>& results) {
       per_place[column.name].push_back(number(result.figures.*column.value));
     }
   }
-  json["loses_to"] = row.losses;
   json["spread"] = std::move(spread);
   json["per_place"] = std::move(per_place);
   return json;
@@ -127,34 +120,6 @@ std::optional<double> quantile(std::vector<double> values, double fraction) {
   return values[below] + (rank - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-std::vector<std::string> lossesOf(const Summary& ours, const Summary& other) {
-  constexpr double kHalfAPoint = 0.005;
-  struct Comparison {
-    const char* name;
-    std::optional<double> Figures::*value;
-    double sign;  ///< +1: less is better
-    double tolerance;
-  };
-  static const Comparison kComparisons[] = {
-      {"cells", &Figures::cells, 1.0, 0.0},
-      {"error", &Figures::error_percent, 1.0, 0.0},
-      {"completeness", &Figures::completeness, -1.0, kHalfAPoint},
-      {"coverage", &Figures::coverage, -1.0, kHalfAPoint},
-      {"memory", &Figures::memory_bytes, 1.0, 0.0},
-      {"file", &Figures::file_bytes, 1.0, 0.0},
-      {"time", &Figures::time_ms_per_frame, 1.0, 0.0},
-  };
-  std::vector<std::string> losses;
-  for (const Comparison& comparison : kComparisons) {
-    const std::optional<double> a = ours.median.*comparison.value;
-    const std::optional<double> b = other.median.*comparison.value;
-    if (!a || !b) continue;
-    if (comparison.sign * (*a - *b) > comparison.tolerance)
-      losses.push_back(other.method + ":" + comparison.name);
-  }
-  return losses;
-}
-
 std::vector<Summary> summarize(const std::vector<PlaceResult>& results) {
   std::vector<Summary> rows;
   for (const PlaceResult& result : results) {
@@ -178,15 +143,6 @@ std::vector<Summary> summarize(const std::vector<PlaceResult>& results) {
     }
     rows.push_back(std::move(row));
   }
-  for (Summary& ours : rows) {
-    if (isBaseline(ours.method)) continue;
-    for (const Summary& other : rows) {
-      const bool compared =
-          isBaseline(other.method) && other.scene == ours.scene && other.cell == ours.cell;
-      if (!compared) continue;
-      for (std::string& loss : lossesOf(ours, other)) ours.losses.push_back(std::move(loss));
-    }
-  }
   return rows;
 }
 
@@ -205,7 +161,6 @@ std::string toCsv(const ReportHeader& header, const std::vector<PlaceResult>& re
   if (header.interrupted) csv += "# interrupted: true\n";
   csv += "scene,cell_m,method,places";
   for (const FigureColumn& column : figureColumns()) csv += std::string(",") + column.name;
-  csv += ",loses_to";
   for (const FigureColumn& column : figureColumns())
     csv += std::string(",") + column.name + "_q1," + column.name + "_q3";
   csv += "\n";
@@ -213,7 +168,6 @@ std::string toCsv(const ReportHeader& header, const std::vector<PlaceResult>& re
     csv += quotedForCsv(row.scene) + "," + text(row.cell) + "," + quotedForCsv(row.method) + "," +
            std::to_string(row.places);
     for (const FigureColumn& column : figureColumns()) csv += "," + text(row.median.*column.value);
-    csv += "," + joined(row.losses, ";");
     for (const FigureColumn& column : figureColumns())
       csv += "," + text(row.lower.*column.value) + "," + text(row.upper.*column.value);
     csv += "\n";
@@ -230,18 +184,15 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
   for (const Summary& row : summarize(results)) {
     if (first || row.scene != scene) {
       scene = row.scene;
-      markdown += "\n### " + scene + ", " + std::to_string(row.places) +
-                  (row.places == 1 ? " place" : " places: median (quartiles)") +
-                  "\n\n"
-                  "| s m | method | cells | eta | error % | complete % | covered % | held back mm "
-                  "| free space violated % | memory kB | file kB | finished / .ot kB | ms a frame "
-                  "| behind |\n"
-                  "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      markdown +=
+          "\n### " + scene + ", " + std::to_string(row.places) +
+          (row.places == 1 ? " place" : " places: median (quartiles)") +
+          "\n\n"
+          "| s m | method | cells | eta | error % | complete % | covered % | held back mm "
+          "| free space violated % | memory kB | file kB | finished / .ot kB | ms a frame |\n"
+          "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
     }
     first = false;
-    const std::string behind = isBaseline(row.method) ? ""
-                               : row.losses.empty()   ? "nowhere"
-                                                      : joined(row.losses, ", ");
     const bool ours = !isBaseline(row.method);
     markdown +=
         "| " + text(row.cell) + " | " + row.method + " | " + withSpread(row, &Figures::cells, 0) +
@@ -252,7 +203,7 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
         fixed(row.median.free_space_violation, 2, 100.0) + " | " +
         fixed(row.median.memory_bytes, 1, 1e-3) + " | " + fixed(row.median.file_bytes, 2, 1e-3) +
         " | " + fixed(ours ? row.median.finished_bytes : row.median.ot_bytes, 2, 1e-3) + " | " +
-        fixed(row.median.time_ms_per_frame, 1) + " | " + behind + " |\n";
+        fixed(row.median.time_ms_per_frame, 1) + " |\n";
   }
   return markdown;
 }

@@ -69,8 +69,6 @@ struct Summary {
   Figures median;
   Figures lower;  ///< quartile
   Figures upper;  ///< quartile
-  /// "RA:cells": where the method is behind another one, see lossesOf().
-  std::vector<std::string> losses;
 };
 
 /// Median over the values that are there, and quartiles, both by linear interpolation between
@@ -79,10 +77,6 @@ PLANAR_MAPPING_EXPORT std::optional<double> quantile(std::vector<double> values,
 
 /// One row for each input, cell size and method, in the order in which they first appear.
 PLANAR_MAPPING_EXPORT std::vector<Summary> summarize(const std::vector<PlaceResult>& results);
-
-/// Where \p ours is worse than \p other in the medians: more cells, more error, more memory, a
-/// larger file, more time; completeness or coverage lower by more than half a percentage point.
-PLANAR_MAPPING_EXPORT std::vector<std::string> lossesOf(const Summary& ours, const Summary& other);
 
 /// What an evaluation was made with.
 struct ReportHeader {

@@ -3,18 +3,16 @@
 #include "evaluation/runs/evaluation_run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <sstream>
+#include <optional>
 #include <utility>
 
-#include "commands.h"
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping::tools {
@@ -91,8 +89,16 @@ class Evaluation {
   std::map<std::size_t, std::vector<evaluation::PlaceResult>> results_;  ///< by place
 };
 
-/// Stands where the preparing stages stood and gives back what they, and the stages for planes of
-/// an earlier run, have left.
+/// What the stages up to the planes make of a frame.
+void copyPreparation(const Frame& from, Frame& to) {
+  to.cloud = from.cloud;
+  to.indices = from.indices;
+  to.ground = from.ground;
+  to.planes = from.planes;
+  to.assumed = from.assumed;
+}
+
+/// Stands where the preparing stages stood and gives back what they have left.
 class PreparedStage : public Stage {
  public:
   /// \param replaced the preparing stages, for what they say of every cloud
@@ -104,30 +110,54 @@ class PreparedStage : public Stage {
   void limit(CloudScale& scale) const override {
     for (const ConfiguredStage& stage : replaced_) stage.stage->limit(scale);
   }
-  void process(Frame& frame) override {
-    frame.indices = prepared_->frame.indices;
-    frame.ground = prepared_->frame.ground;
-    if (planes_ != nullptr) frame.planes = *planes_;
-  }
-  void set(const PreparedFrame* prepared, const std::vector<PlaneSegment>* planes) {
-    prepared_ = prepared;
-    planes_ = planes;
-  }
+  void process(Frame& frame) override { copyPreparation(*prepared_, frame); }
+  void set(const Frame& prepared) { prepared_ = &prepared; }
 
  private:
   std::vector<ConfiguredStage> replaced_;
-  const PreparedFrame* prepared_ = nullptr;
-  const std::vector<PlaneSegment>* planes_ = nullptr;
+  const Frame* prepared_ = nullptr;
 };
 
+/// Keeps a frame as the stages for planes have left it.
+class RecordingStage : public Stage {
+ public:
+  void declare(ParameterTable&) override {}
+  void process(Frame& frame) override { copyPreparation(frame, *record_); }
+  void set(Frame& record) { record_ = &record; }
+
+ private:
+  Frame* record_ = nullptr;
+};
+
+/// \return the stage, which the configuration owns
+template <typename NewStage>
+NewStage& insert(std::vector<ConfiguredStage>& stages,
+                 std::vector<ConfiguredStage>::iterator before, StageKind kind, NewStage stage) {
+  ConfiguredStage configured;
+  configured.name = "evaluation";
+  configured.kind = kind;
+  configured.stage = std::make_unique<NewStage>(std::move(stage));
+  return static_cast<NewStage&>(*stages.insert(before, std::move(configured))->stage);
+}
+
+bool findsPlanes(const ConfiguredStage& stage) {
+  return stage.kind == StageKind::Planes;
+}
+
+/// What planes depend on beside the points. A length that is `auto` follows the cell size.
 std::string planeStagesText(const Configuration& configuration) {
   std::string text = std::to_string(static_cast<int>(configuration.settings.profile)) + " " +
                      std::to_string(configuration.settings.seed);
   for (const ConfiguredStage& stage : configuration.stages) {
-    if (stage.kind != StageKind::Planes || !stage.enabled) continue;
+    if (!findsPlanes(stage) || !stage.enabled) continue;
     text += "\n" + stage.name;
     for (const Parameter& parameter : stage.parameters.parameters())
       text += " " + parameter.name + "=" + toYaml(parameter.get());
+  }
+  if (text.find("_m=auto") == std::string::npos) return text;
+  for (const ConfiguredStage& stage : configuration.stages) {
+    if (const std::optional<double> cell = stage.stage->resolution())
+      text += "\ncell " + formatNumber(*cell);
   }
   return text;
 }
@@ -159,45 +189,39 @@ int minPointsPerCell(const Configuration& configuration) {
 PlanarRun PlanarRuns::make(Configuration configuration) {
   std::vector<ConfiguredStage> preparing = takePointStages(configuration);
   keepMappingStages(configuration);
-  const std::string text = planeStagesText(configuration);
-  const auto known = planes_.find(text);
-  const Planes* earlier = known == planes_.end() ? nullptr : &known->second;
-  for (ConfiguredStage& stage : configuration.stages) {
-    if (earlier != nullptr && stage.kind == StageKind::Planes) stage.enabled = false;
+  const auto [known, is_new] = planes_.try_emplace(planeStagesText(configuration));
+  Planes& planes = known->second;
+  auto& stages = configuration.stages;
+  RecordingStage* recording = nullptr;
+  if (is_new) {
+    const auto last = std::find_if(stages.rbegin(), stages.rend(), findsPlanes);
+    recording = &insert(stages, last.base(), StageKind::Planes, RecordingStage());
+    planes.frames.resize(place_.frames.size());
+  } else {
+    stages.erase(std::remove_if(stages.begin(), stages.end(), findsPlanes), stages.end());
   }
-  ConfiguredStage first;
-  first.name = "prepared";
-  first.kind = StageKind::Points;
-  auto stage = std::make_unique<PreparedStage>(std::move(preparing));
-  PreparedStage& prepared = *stage;
-  first.stage = std::move(stage);
-  configuration.stages.insert(configuration.stages.begin(), std::move(first));
+  PreparedStage& prepared =
+      insert(stages, stages.begin(), StageKind::Points, PreparedStage(std::move(preparing)));
 
   Pipeline pipeline(std::move(configuration));
+  if (place_.mean_up) pipeline.setMeanUp(*place_.mean_up);
   PlanarRun run;
-  Planes found;
   for (std::size_t i = 0; i < place_.frames.size(); ++i) {
-    prepared.set(&place_.frames[i], earlier != nullptr ? &earlier->of_frames[i] : nullptr);
+    if (is_new) recording->set(planes.frames[i]);
+    prepared.set(is_new ? place_.frames[i].frame : planes.frames[i]);
     Frame frame = place_.frames[i].frame;
-    const FrameReport report = pipeline.process(frame);
-    run.time_ms += report.frame_ms - frame.stage_ms.front();
-    const auto& stages = pipeline.configuration().stages;
-    for (std::size_t k = 1; k < stages.size(); ++k) {
-      if (stages[k].kind == StageKind::Planes) found.time_ms += frame.stage_ms[k];
+    const StopWatch watch;
+    pipeline.process(frame);  // and the count of cuboids, which no stage's time holds
+    run.time_ms += watch.milliseconds() - frame.stage_ms.front();
+    for (std::size_t k = 1; is_new && k < frame.stage_ms.size(); ++k) {
+      if (findsPlanes(pipeline.configuration().stages[k])) planes.time_ms += frame.stage_ms[k];
     }
-    if (earlier == nullptr) found.of_frames.push_back(std::move(frame.planes));
   }
   run.map = pipeline.map();
-  const auto start = std::chrono::steady_clock::now();
+  const StopWatch watch;
   run.map.cuboids();
-  const std::chrono::duration<double, std::milli> listing =
-      std::chrono::steady_clock::now() - start;
-  run.time_ms += listing.count();
-  if (earlier != nullptr) {
-    run.time_ms += earlier->time_ms;
-  } else {
-    planes_.emplace(text, std::move(found));
-  }
+  run.time_ms += watch.milliseconds();
+  if (!is_new) run.time_ms += planes.time_ms;
   return run;
 }
 
@@ -243,18 +267,6 @@ std::vector<Variant> regimeVariants() {
     }
   }
   return variants;
-}
-
-Variant parseVariant(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  Variant variant{text.substr(0, colon), {}};
-  if (colon == std::string::npos || variant.name.empty())
-    throw UsageError("--variant: '" + text + "' is not NAME:stage.key=value,...");
-  std::istringstream assignments(text.substr(colon + 1));
-  for (std::string one; std::getline(assignments, one, ',');) variant.assignments.push_back(one);
-  if (variant.assignments.empty())
-    throw UsageError("--variant: '" + text + "' changes nothing; give NAME:stage.key=value,...");
-  return variant;
 }
 
 std::vector<evaluation::PlaceResult> withoutMethods(

@@ -3,14 +3,15 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "evaluation/runs/place_source.h"
 #include "evaluation/metrics/evaluation_report.h"
+#include "evaluation/runs/place_source.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::tools {
@@ -59,17 +60,29 @@ struct EvaluationJob {
 std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
                                                     const EvaluationJob& job);
 
+class StopWatch {
+ public:
+  double milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 /// A map made of a place, and what it took.
 struct PlanarRun {
   PlanarMap map;
-  double time_ms = 0.0;  ///< planes, beliefs, insertion of all frames, and the list of cuboids
+  /// Planes, beliefs, insertion of all frames, counts of cuboids on the way, and their list.
+  double time_ms = 0.0;
 };
 
 /// Points that make a cell, as the map stage of the configuration says.
 int minPointsPerCell(const Configuration& configuration);
 
-/// Makes maps of one place with many configurations. Planes are found once for all configurations
-/// whose stages for them are alike.
+/// Makes maps of one place with many configurations, each as a run of its own makes it. Planes are
+/// found once for all configurations whose stages for them are alike.
 class PlanarRuns {
  public:
   /// \p place must outlive this object.
@@ -78,7 +91,7 @@ class PlanarRuns {
 
  private:
   struct Planes {
-    std::vector<std::vector<PlaneSegment>> of_frames;
+    std::vector<Frame> frames;  ///< as the stages for planes left them
     double time_ms = 0.0;
   };
 
@@ -101,10 +114,6 @@ std::vector<Variant> ablationVariants();
 std::vector<Variant> regimeVariants();
 /// The one of them whose boxes cover exactly the cells that pass the filters.
 constexpr const char* kFilteredCells = "boxes_exact";
-
-/// "NAME:stage.key=value,stage.key=value", on the compact profile.
-/// \throws UsageError
-Variant parseVariant(const std::string& text);
 
 /// The results of all other methods.
 std::vector<evaluation::PlaceResult> withoutMethods(

@@ -1,16 +1,15 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <memory>
 #include <utility>
 
-#include "evaluation/runs/evaluation_run.h"
 #include "evaluation/baselines/octree_grid.h"
 #include "evaluation/baselines/rectangular_approximation.h"
 #include "evaluation/baselines/standard_grid.h"
+#include "evaluation/runs/evaluation_run.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -54,17 +53,6 @@ std::vector<evaluation::GridCell> cellsIn(const std::vector<Cuboid>& boxes, doub
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   return cells;
 }
-
-class StopWatch {
- public:
-  double milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// What all methods at one place and cell size are evaluated with.
 class MapEvaluator {

@@ -245,6 +245,7 @@ class RecordedPlaces : public PlaceSource {
     place->number = position_++;
     const Stretch& stretch = stretches_[place->number];
     if (has_poses_ || reader_ == nullptr) open(has_poses_ ? stretch : Stretch{});
+    place->mean_up = reader_->meanUp();
     while (read_ < stretch.first + stretch.length) {
       std::optional<Frame> frame = reader_->next();
       if (!frame) break;
@@ -270,6 +271,7 @@ class RecordedPlaces : public PlaceSource {
     reader_ = std::make_unique<SequenceSource>(configuration);
     keepPreparingStages(configuration);
     pipeline_ = std::make_unique<Pipeline>(std::move(configuration));
+    if (const std::optional<Vector3> up = reader_->meanUp()) pipeline_->setMeanUp(*up);
   }
 
   PlaceOptions options_;

@@ -201,6 +201,14 @@ TEST_F(BadInput, WhatWasDoneBeforeABadFrameIsSaved) {
   EXPECT_NE(std::string::npos, read("out/metrics.json").find("\"frames\": 1"));
 }
 
+TEST_F(BadInput, AViewpointBeyondAnyWorldIsOfItsFile) {
+  const std::string far =
+      write("far.pcd",
+            "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 3\nHEIGHT 1\n"
+            "VIEWPOINT 1e30 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n1 2 3\n1 2 4\n2 2 3\n");
+  expectExit(4, planarMap({"run", far, "-o", directory_ / "out", "-q"}), "far.pcd: its pose");
+}
+
 TEST_F(BadInput, InfoRefusesWhatItCannotRead) {
   for (const std::string& path : {directory_ / "nowhere", write("noise", "some text"),
                                   write("cut.pmap", "PMAP"), write("bad.pcd", "VERSION 0.7\n")}) {

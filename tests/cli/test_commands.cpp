@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "cli_fixture.h"
+#include "planar_mapping/io/depth_image.h"
 
 namespace planar_mapping {
 namespace {
@@ -116,6 +117,44 @@ TEST_F(Commands, InfoOfAMapAgreesWithTheRun) {
   EXPECT_EQ(metrics["planes"], info["planes"]);
   EXPECT_EQ(metrics["unknown_cells"], info["unknown_cells"]);
   EXPECT_EQ(metrics["file_bytes"], info["file_bytes"]);
+}
+
+TEST_F(Commands, AResultFolderIsItsMap) {
+  ASSERT_EQ(0, runOn(room()).exit_code);
+  const std::string folder = directory_ / "out", map = directory_ / "out/map.pmap";
+  EXPECT_EQ(planarMap({"info", map}).out, expectExit(0, planarMap({"info", folder})).out);
+  EXPECT_EQ(planarMap({"query", map, "--point", "1,0,0"}).out,
+            expectExit(0, planarMap({"query", folder, "--point", "1,0,0"})).out);
+  expectExit(0, planarMap({"convert", folder, directory_ / "a.csv"}));
+  expectExit(0, planarMap({"convert", map, directory_ / "b.csv"}));
+  EXPECT_EQ(read("a.csv"), read("b.csv"));
+  expectExit(0, planarMap({"compare", folder, map}));
+}
+
+TEST_F(Commands, CloudsOfAnotherUnitAreScaled) {
+  const auto lowX = [](const ProgramResult& result) {
+    return Json::parse(result.out)["bounds_m"]["low"][0].get<double>();
+  };
+  const std::string cloud = room();
+  const double low = lowX(planarMap({"info", cloud, "--json"}));
+  EXPECT_NEAR(2.0 * low, lowX(planarMap({"info", cloud, "--json", "--scale", "2"})), 1e-5);
+  expectExit(0, planarMap({"run", cloud, "--scale", "2", "-o", directory_ / "out", "-q"}));
+  EXPECT_NEAR(2.0 * low, lowX(planarMap({"info", directory_ / "out", "--json"})), 0.3);
+  EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("scale: 2"));
+  expectExit(2, planarMap({"run", cloud, "--scale", "0", "-o", directory_ / "out", "-q"}));
+}
+
+TEST_F(Commands, InfoTakesACalibration) {
+  const io::DepthImage depth{4, 3, std::vector<std::uint16_t>(12, 1500)};
+  write("seq/depth/note.txt", "");
+  io::writeDepthPng(directory_ / "seq/depth/0.png", depth);
+  const std::string camera =
+      write("camera.yaml",
+            "image_width: 4\nimage_height: 3\nfx: 2\nfy: 2\ncx: 1.5\ncy: 1\ndepth_scale: 1000\n");
+  expectExit(4, planarMap({"info", directory_ / "seq"}), "--calib FILE");
+  const ProgramResult result =
+      expectExit(0, planarMap({"info", directory_ / "seq", "--calib", camera, "--json"}));
+  EXPECT_EQ(4, Json::parse(result.out)["image"]["width"]);
 }
 
 TEST_F(Commands, InfoOfASequence) {

@@ -161,10 +161,8 @@ folder("euroc", {"mav0/cam0/sensor.yaml": euroc % "0", "mav0/cam1/sensor.yaml": 
                  "mav0/cam0/data/1.png": gray, "mav0/cam1/data/1.png": gray,
                  "mav0/state_groundtruth_estimate0/data.csv":
                      "#t,x,y,z,w,x,y,z\n1,0,0,0,1,0,0,0\n"})
-folder("open3d", {"depth/0.png": depth, "color/0.jpg": images.get("jpeg", gray),
-                  "camera_intrinsic.json": '{"width": 4, "height": 4, "intrinsic_matrix": '
-                                           '[4, 0, 0, 0, 4, 0, 1.5, 1.5, 1]}',
-                  "trajectory.log": "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"})
+folder("posed", {"calib.yaml": camera + "depth_scale: 5000\n", "0.depth.png": depth,
+                 "0.pose.txt": "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"})
 
 with tempfile.TemporaryDirectory() as work:
     for cells, count in [("1.0", 20), ("0.7", 30)]:  # small: many executions

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Memory of a map that the whole pipeline makes of simulated stereo clouds with their noise. The
-// corridor of 100 m takes minutes (benchmarks/long_run, docs/results.md); here are ten.
+// corridor of 100 m takes minutes; here are ten.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -61,7 +61,9 @@ Vector3 vectorFromString(const std::string& name, const std::string& text) {
 
 void declare(CLI::App& app, Arguments& a) {
   app.option_defaults()->always_capture_default();
-  app.add_option("FILE", a.files, "map (.pmap), then point clouds (.pcd, .ply) to draw over it")
+  app.add_option("FILE", a.files,
+                 "map (.pmap) or the result folder of a run, then point clouds (.pcd, .ply) to "
+                 "draw over it")
       ->required();
   app.add_option("-o,--output,--snapshot", a.snapshot,
                  "write a PNG and open no window; no display is needed");
@@ -202,7 +204,7 @@ void followFile(const Arguments& a, const ViewOptions& options) {
     std::cerr << "planar_map_viewer: waiting for " << path << "\n";
   FileState shown;
   const auto read = [&]() -> std::optional<SceneContent> {
-    const FileState now = stateOf(path);
+    const FileState now = stateOf(io::mapFileOf(path));
     if (now == shown) return std::nullopt;
     shown = now;
     if (now.second == 0) return std::nullopt;
@@ -277,8 +279,7 @@ int report(const std::exception& error, int code) {
 int main(int argc, char** argv) {
   using namespace planar_mapping;
   try {
-    const bool charts = argc > 1 && std::string(argv[1]) == "charts";
-    return charts ? tools::runCharts(argc - 1, argv + 1) : tools::run(argc, argv);
+    return tools::run(argc, argv);
   } catch (const tools::UsageError& error) {
     return tools::report(error, tools::kUsage);
   } catch (const ParameterError& error) {

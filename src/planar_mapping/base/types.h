@@ -42,12 +42,14 @@ struct PointsView {
   std::uint32_t height = 0;
 
   PointsView() = default;
-  PointsView(const float* first, std::size_t count, std::size_t floats_apart = 3)
+  /// Points one after the other; set `stride` where they are farther apart. There is no constructor
+  /// of three numbers: `PointsView(data, 640, 480)` would be ambiguous.
+  PointsView(const float* first, std::size_t count)
       : data(first),
         size(count),
-        stride(floats_apart),
         width(static_cast<std::uint32_t>(count)),
         height(count > 0 ? 1 : 0) {}
+  /// An organized cloud.
   PointsView(const float* first, std::uint32_t columns, std::uint32_t rows,
              std::size_t floats_apart)
       : data(first),

@@ -33,8 +33,8 @@ struct UnrectifiedPair {
 ///
 /// image_width, image_height (pixels), fx, fy, cx, cy (pixels, pixel centres at integers); stereo:
 /// baseline_m and, where it differs from cx, cx_right; RGB-D: depth_scale (metres = value /
-/// depth_scale), and depth_along: ray where these are distances along the rays of the pixels and not
-/// depths along the axis of the camera.
+/// depth_scale), and depth_along: ray where these are distances along the rays of the pixels and
+/// not depths along the axis of the camera.
 ///
 /// A pair that is not rectified has, in place of baseline_m: rotation (9 numbers, row by row) and
 /// translation_m (3 numbers), which map points of the left camera into the right one; k1, k2, p1,

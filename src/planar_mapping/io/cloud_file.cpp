@@ -2,141 +2,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/cloud_file.h"
 
+#include <lzf.h>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <set>
+#include <memory>
 #include <string_view>
-#include <utility>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/cloud_layout.h"
 #include "planar_mapping/io/input_file.h"
-#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/text_lines.h"
 
 namespace planar_mapping::io {
 namespace {
 
-constexpr std::size_t kLongestLine = 4096;
-constexpr std::size_t kMaxLines = 50;
-/// Scans without a header: x, y, z, intensity of each point as float32 (KITTI), and for some the
-/// number of its ring, too (nuScenes).
-constexpr std::size_t kKittiNumbers = 4;
-constexpr std::size_t kRingNumbers = 5;
+/// Bytes of a line of a header: fields of points may be many.
+constexpr std::size_t kLongestHeaderLine = std::size_t{1} << 16;
+/// LZF's longest match: 264 bytes out of 3.
+constexpr std::uint64_t kLargestExpansion = 88;
 
-/// How far the columns of rows of so many numbers spread, as the mean logarithm of their variances:
-/// least for the right number, as wrong rows mix columns.
-double spreadOf(const std::vector<float>& values, std::size_t numbers) {
-  constexpr double kLeast = 1e-6;  // the least variance that tells anything
-  double sum = 0.0;
-  for (std::size_t column = 0; column < numbers; ++column) {
-    double count = 0.0, mean = 0.0, squares = 0.0;
-    for (std::size_t i = column; i < values.size(); i += numbers) {
-      const double off = double{values[i]} - mean;
-      mean += off / ++count;
-      squares += off * (double{values[i]} - mean);
-    }
-    sum += std::log(squares / std::max(1.0, count) + kLeast);
-  }
-  return sum / static_cast<double>(numbers);
-}
-
-/// Whether points of a scan can be of so many numbers each: all but one in fifty.
-/// \param rings  gets those that occur
-bool holdsScan(const std::vector<float>& values, std::size_t numbers, std::set<float>& rings) {
-  constexpr float kFarthest = 1e4f;  // metres
-  constexpr float kMaxRings = 256.0f;
-  constexpr std::size_t kMaxOdd = 50;
-  std::size_t odd = 0;
-  for (std::size_t i = 0; i + numbers <= values.size(); i += numbers) {
-    const auto isNear = [&](std::size_t k) { return std::abs(values[i + k]) <= kFarthest; };
-    const float intensity = values[i + 3];
-    bool fits = isNear(0) && isNear(1) && isNear(2) && intensity >= 0.0f && intensity <= kFarthest;
-    if (numbers == kRingNumbers) {
-      const float ring = values[i + 4];
-      fits = fits && ring >= 0.0f && ring < kMaxRings && ring == std::floor(ring);
-      if (fits) rings.insert(ring);
-    }
-    odd += fits ? 0 : 1;
-  }
-  return kMaxOdd * odd * numbers <= values.size();
-}
-
-/// Whether rows of another length explain the values clearly better.
-bool hasOtherRows(const std::vector<float>& values, std::size_t numbers) {
-  constexpr double kClearly = 0.5;
-  constexpr std::size_t kFewestRows = 16;
-  const double spread = spreadOf(values, numbers);
-  for (const std::size_t other : {3, 4, 5, 6, 7})
-    if (values.size() >= kFewestRows * other && spreadOf(values, other) < spread - kClearly)
-      return true;
-  return false;
-}
-
-/// By its ending, its size and points of its beginning, middle and end. \return numbers of a point;
-/// 0 if it is no scan
-std::size_t scanNumbers(InputFile& file) {
-  constexpr std::size_t kBoth = kKittiNumbers * kRingNumbers;  // whole points of both kinds
-  constexpr std::size_t kSample = 64 * kBoth;
-  const std::string& path = file.path();
-  if (path.size() < 4 || path.compare(path.size() - 4, 4, ".bin") != 0) return 0;
-  if (file.size() == 0) return 0;
-  std::vector<std::vector<float>> samples;
-  for (const std::size_t part : {0, 1, 2}) {
-    const std::size_t blocks = file.size() / (kBoth * sizeof(float));
-    const std::size_t first = part * (blocks - std::min(blocks, kSample / kBoth)) / 2;
-    file.seek(first * kBoth * sizeof(float));
-    std::vector<float> values(kSample);
-    values.resize(file.read(values.data(), kSample * sizeof(float)) / sizeof(float));
-    samples.push_back(std::move(values));
-  }
-  for (const std::size_t numbers : {kRingNumbers, kKittiNumbers}) {
-    std::set<float> rings;
-    const bool fits = std::all_of(samples.begin(), samples.end(), [&](const auto& values) {
-      return holdsScan(values, numbers, rings);
-    });
-    if (file.size() % (numbers * sizeof(float)) == 0 && fits &&
-        !hasOtherRows(samples.front(), numbers) && (numbers == kKittiNumbers || rings.size() > 1)) {
-      return numbers;
-    }
-  }
-  return 0;
-}
-
-CloudData readVelodyne(const std::string& path, const CloudChannels& channels) {
-  InputFile file(path);
-  const std::size_t numbers = scanNumbers(file);
-  const std::size_t count = file.size() / (numbers * sizeof(float));
-  if (count > std::numeric_limits<std::uint32_t>::max()) throw IoError(path, "has too many points");
-  std::vector<float> values(numbers * count);
-  file.seek(0);
-  file.readExactly(values.data(), values.size() * sizeof(float));
-  CloudData cloud;
-  cloud.width = static_cast<std::uint32_t>(count);
-  cloud.height = 1;
-  cloud.xyz.reserve(3 * count);
-  for (std::size_t i = 0; i < values.size(); i += numbers) {
-    cloud.xyz.insert(cloud.xyz.end(), {values[i], values[i + 1], values[i + 2]});
-    if (channels.intensities) cloud.intensities.push_back(values[i + 3]);
-  }
-  return cloud;
-}
-
-CloudFileInfo readVelodyneInfo(const std::string& path) {
-  CloudFileInfo info;
-  info.format = CloudFormat::Velodyne;
-  info.encoding = "binary";
-  InputFile file(path);
-  const std::size_t numbers = scanNumbers(file);
-  info.width = static_cast<std::uint32_t>(file.size() / (numbers * sizeof(float)));
-  info.height = 1;
-  info.fields = {"x", "y", "z", "intensity"};
-  if (numbers == kRingNumbers) info.fields.emplace_back("ring");
-  return info;
-}
-
-/// By content, as file names lie. PCD has no magic number: it begins with comments and a key.
+/// By its first lines, as file names lie; a scan has no header, its name ends in .bin. PCD has no
+/// magic number: it begins with comments and a key.
 CloudFormat formatOf(InputFile& file) {
+  constexpr std::size_t kLongestLine = 4096;  // bytes; longer is no text
+  constexpr std::size_t kMaxLines = 50;       // of comments before the first key
   LineReader lines(file, kLongestLine);
   std::string_view line;
   try {
@@ -149,7 +39,90 @@ CloudFormat formatOf(InputFile& file) {
   } catch (const IoError&) {
     // A line too long for a header: no text file.
   }
-  return scanNumbers(file) > 0 ? CloudFormat::Velodyne : CloudFormat::None;
+  const std::string_view path = file.path();
+  constexpr std::string_view kScan = ".bin";
+  const bool is_scan =
+      path.size() > kScan.size() && path.substr(path.size() - kScan.size()) == kScan;
+  return is_scan && file.size() > 0 ? CloudFormat::Velodyne : CloudFormat::None;
+}
+
+/// Scans without a header: x, y, z, intensity of each point as float32 (KITTI, *.bin), and the
+/// number of the ring (nuScenes, *.pcd.bin).
+CloudHeader scanHeader(const InputFile& file) {
+  CloudHeader header;
+  header.format = CloudFormat::Velodyne;
+  header.encoding = "binary";
+  for (const char* name : {"x", "y", "z", "intensity"})
+    header.fields.push_back({name, {'F', 4}, 1});
+  if (file.path().find(".pcd.bin") != std::string::npos)
+    header.fields.push_back({"ring", {'F', 4}, 1});
+  const std::uint64_t record = sizeof(float) * header.fields.size();
+  if (file.size() % record != 0)
+    throw IoError(file.path(),
+                  "is no scan of KITTI (x, y, z, intensity as float32) nor, as "
+                  "*.pcd.bin, of nuScenes (with the ring): its size is no multiple "
+                  "of " +
+                      std::to_string(record) + " bytes");
+  header.width = file.size() / record;
+  return header;
+}
+
+CloudHeader readHeader(InputFile& file, LineReader& lines) {
+  if (file.size() == 0) throw IoError(file.path(), "is empty");
+  const CloudFormat format = formatOf(file);
+  file.seek(0);
+  if (format == CloudFormat::Pcd) return readPcdHeader(file, lines);
+  if (format == CloudFormat::Ply) return readPlyHeader(file, lines);
+  if (format == CloudFormat::Velodyne) return scanHeader(file);
+  throw IoError(file.path(),
+                "is neither a PCD nor a PLY file, nor a scan of KITTI or nuScenes (.bin); PDAL or "
+                "CloudCompare write PLY from LAS, E57, text and others");
+}
+
+/// What follows the points, at the file's position. Some versions of PCL leave up to a
+/// page of memory of zeros there.
+void checkSurplus(InputFile& file, std::uint64_t points, std::size_t record_size) {
+  constexpr std::uint64_t kPage = 65536;  // the largest in use
+  const std::uint64_t surplus = file.size() - file.position();
+  if (surplus < record_size) return;
+  std::vector<char> rest(std::min(surplus, kPage));
+  file.readExactly(rest.data(), rest.size());
+  const bool is_padding =
+      surplus < kPage && std::all_of(rest.begin(), rest.end(), [](char c) { return c == 0; });
+  if (is_padding) return;
+  throw IoError(file.path(), "header lies: it announces " + std::to_string(points) +
+                                 " points, but " + std::to_string(surplus) +
+                                 " more bytes follow them");
+}
+
+CloudData readCompressed(const CloudFiller& filler, const CloudHeader& header, InputFile& file) {
+  const std::string& path = file.path();
+  std::uint32_t sizes[2];
+  file.readExactly(sizes, sizeof sizes);
+  const std::uint64_t packed_size = sizes[0];
+  const std::uint64_t plain_size = sizes[1];
+  if (packed_size > file.size() - file.position())
+    throw IoError(path, "is cut short: " + std::to_string(packed_size) +
+                            " compressed bytes announced, " +
+                            std::to_string(file.size() - file.position()) + " there");
+  if (plain_size / kLargestExpansion > packed_size)
+    throw IoError(path, "is damaged: " + std::to_string(packed_size) +
+                            " compressed bytes cannot hold " + std::to_string(plain_size));
+  CloudData cloud = filler.allocate(header, plain_size);
+  if (plain_size != std::uint64_t{cloud.size()} * filler.recordSize())
+    throw IoError(path, "contradicts itself: " + std::to_string(plain_size) +
+                            " uncompressed bytes for " + std::to_string(cloud.size()) +
+                            " points of " + std::to_string(filler.recordSize()) + " bytes");
+  // Plain arrays: a vector would clear what is about to be overwritten.
+  std::unique_ptr<std::uint8_t[]> packed(new std::uint8_t[packed_size]);
+  file.readExactly(packed.get(), packed_size);
+  std::unique_ptr<std::uint8_t[]> plain(new std::uint8_t[plain_size]);
+  const unsigned done = lzf_decompress(packed.get(), static_cast<unsigned>(packed_size),
+                                       plain.get(), static_cast<unsigned>(plain_size));
+  if (done != plain_size) throw IoError(path, "is damaged: its points cannot be decompressed");
+  packed.reset();
+  filler.fillTransposed(cloud, plain.get());
+  return cloud;
 }
 
 /// Along axes on which a cloud is no farther from 0 than it is large, its coordinates stay those of
@@ -181,17 +154,6 @@ void keepNearOrigins(CloudData& cloud) {
   }
 }
 
-CloudFormat requireFormat(const std::string& path) {
-  InputFile file(path);
-  if (file.size() == 0) throw IoError(path, "is empty");
-  const CloudFormat format = formatOf(file);
-  if (format == CloudFormat::None)
-    throw IoError(path,
-                  "is neither a PCD nor a PLY file, nor a scan of KITTI or nuScenes (.bin); PDAL "
-                  "or CloudCompare write PLY from LAS, E57 and others");
-  return format;
-}
-
 }  // namespace
 
 CloudFormat recognizeCloudFile(const std::string& path) {
@@ -204,21 +166,59 @@ CloudFormat recognizeCloudFile(const std::string& path) {
 }
 
 CloudData readCloudFile(const std::string& path, const CloudChannels& channels) {
-  const CloudFormat format = requireFormat(path);
-  CloudData cloud = format == CloudFormat::Pcd   ? readPcd(path, channels)
-                    : format == CloudFormat::Ply ? readPly(path, channels)
-                                                 : readVelodyne(path, channels);
+  InputFile file(path);
+  LineReader lines(file, kLongestHeaderLine);
+  const CloudHeader header = readHeader(file, lines);
+  const CloudFiller filler(path, header.fields, channels);
+  const std::uint64_t bytes_left = file.size() - std::min(file.size(), header.data_position);
+  const bool is_pcd = header.format == CloudFormat::Pcd;
+  CloudData cloud;
+  if (header.isAscii()) {
+    cloud = filler.allocate(header, bytes_left);
+    lines.setLongestLine(kLongestDataLine);
+    filler.fillLines(cloud, lines);
+    std::string_view line;
+    while (is_pcd && lines.next(line))
+      if (!takeWord(line).empty())
+        failAtLine(path, lines.number(),
+                   "more points than the announced " + std::to_string(cloud.size()));
+  } else {
+    file.seek(header.data_position);
+    if (header.encoding == "binary_compressed") {
+      cloud = readCompressed(filler, header, file);
+    } else {
+      cloud = filler.allocate(header, bytes_left);
+      filler.fillFromFile(cloud, file, header.encoding == "binary_big_endian");
+      if (is_pcd) checkSurplus(file, cloud.size(), filler.recordSize());
+    }
+  }
   cloud.origin = cloud.origin.array().isNaN().select(0.0, cloud.origin);
   keepNearOrigins(cloud);
   cloud.T_world_sensor.translate(cloud.origin);
   return cloud;
 }
 
+void scaleCloud(CloudData& cloud, double scale) {
+  for (float& value : cloud.xyz) value = static_cast<float>(scale * value);
+  cloud.origin *= scale;
+  cloud.T_world_sensor.translation() *= scale;
+}
+
 CloudFileInfo readCloudFileInfo(const std::string& path) {
-  const CloudFormat format = requireFormat(path);
-  return format == CloudFormat::Pcd   ? readPcdInfo(path)
-         : format == CloudFormat::Ply ? readPlyInfo(path)
-                                      : readVelodyneInfo(path);
+  InputFile file(path);
+  LineReader lines(file, kLongestHeaderLine);
+  const CloudHeader header = readHeader(file, lines);
+  std::uint64_t bytes = file.size() - std::min(file.size(), header.data_position);
+  if (header.encoding == "binary_compressed") bytes *= kLargestExpansion;
+  CloudFiller(path, header.fields, CloudChannels::none()).checkSize(header, bytes);
+  CloudFileInfo info;
+  info.format = header.format;
+  info.encoding = header.encoding;
+  info.T_world_sensor = header.T_world_sensor;
+  info.width = static_cast<std::uint32_t>(header.width);
+  info.height = static_cast<std::uint32_t>(header.height);
+  for (const CloudField& field : header.fields) info.fields.push_back(field.name);
+  return info;
 }
 
 }  // namespace planar_mapping::io

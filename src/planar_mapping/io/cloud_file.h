@@ -34,7 +34,7 @@ struct CloudData {
   std::size_t size() const { return xyz.size() / 3; }
   /// Valid as long as the cloud is neither moved from nor changed.
   PointsView view() const {
-    PointsView points(xyz.data(), size(), 3);
+    PointsView points(xyz.data(), size());
     points.width = width;
     points.height = height;
     return points;
@@ -67,6 +67,9 @@ PLANAR_MAPPING_EXPORT CloudFormat recognizeCloudFile(const std::string& path);
 ///         cut short, sizes that contradict each other or the file, no points, unusable field types
 PLANAR_MAPPING_EXPORT CloudData readCloudFile(const std::string& path,
                                               const CloudChannels& channels = CloudChannels());
+
+/// Multiplies the coordinates of points, origin and sensor.
+PLANAR_MAPPING_EXPORT void scaleCloud(CloudData& cloud, double scale);
 
 /// What the header of a PCD or PLY file says, checked against the file as far as possible without
 /// reading the points.

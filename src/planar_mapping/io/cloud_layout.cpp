@@ -13,8 +13,11 @@
 namespace planar_mapping::io {
 namespace {
 
+/// Bytes of a point; more is no point.
 constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 28;
+/// Indices are ints.
 constexpr std::uint64_t kMaxPoints = std::numeric_limits<int>::max();
+/// Bytes that are read at once.
 constexpr std::size_t kBlock = std::size_t{1} << 20;
 
 double loadNumber(const std::uint8_t* bytes, ScalarType type, bool big_endian) {
@@ -71,25 +74,16 @@ std::uint64_t loadBits(const std::uint8_t* bytes, std::size_t size, bool big_end
   return bits;
 }
 
-void placeFields(const std::string& path, std::vector<CloudField>& fields) {
-  std::uint64_t offset = 0;
-  std::uint64_t word = 0;
-  for (CloudField& field : fields) {
-    field.offset = offset;
-    field.word = word;
-    if (field.count > kLargestRecord) throw IoError(path, "a point has too many values");
-    offset += field.count * field.type.size;
-    word += field.count;
-    if (offset > kLargestRecord) throw IoError(path, "a point has too many values");
-  }
-}
-
 CloudFiller::CloudFiller(const std::string& path, const std::vector<CloudField>& fields,
                          const CloudChannels& channels)
     : path_(path) {
-  for (const CloudField& field : fields) {
+  for (CloudField field : fields) {
+    field.offset = record_size_;
+    field.word = words_;
+    if (field.count > kLargestRecord) throw IoError(path, "a point has too many values");
     record_size_ += field.count * field.type.size;
     words_ += field.count;
+    if (record_size_ > kLargestRecord) throw IoError(path, "a point has too many values");
     addColumn(field, channels);
   }
   for (const auto& [target, name] :
@@ -161,14 +155,15 @@ std::ptrdiff_t CloudFiller::countOf(Target target) const {
                        [target](const Column& column) { return column.target == target; });
 }
 
-void CloudFiller::checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytes_left,
-                            bool ascii) const {
+void CloudFiller::checkSize(const CloudHeader& header, std::uint64_t bytes_left) const {
+  const auto [width, height] = std::pair(header.width, header.height);
   if (width == 0 || height == 0) throw IoError(path_, "holds no points");
   if (width > kMaxPoints || height > kMaxPoints / width)
     throw IoError(path_, "announces " + std::to_string(width) + " x " + std::to_string(height) +
                              " points, more than can be handled");
   const std::uint64_t points = width * height;
   // In text a value takes a character and a separator at least; the last separator may be missing.
+  const bool ascii = header.isAscii();
   const std::uint64_t smallest = ascii ? 2 * static_cast<std::uint64_t>(words_) : record_size_;
   if (points > (bytes_left + (ascii ? 1 : 0)) / smallest)
     throw IoError(path_, "is cut short or its header lies: it announces " + std::to_string(points) +
@@ -176,12 +171,13 @@ void CloudFiller::checkSize(std::uint64_t width, std::uint64_t height, std::uint
                              " bytes of data follow");
 }
 
-void CloudFiller::allocate(CloudData& cloud, std::uint64_t width, std::uint64_t height,
-                           std::uint64_t bytes_left, bool ascii) const {
-  checkSize(width, height, bytes_left, ascii);
-  cloud.width = static_cast<std::uint32_t>(width);
-  cloud.height = static_cast<std::uint32_t>(height);
-  const auto count = static_cast<std::size_t>(width * height);
+CloudData CloudFiller::allocate(const CloudHeader& header, std::uint64_t bytes_left) const {
+  checkSize(header, bytes_left);
+  CloudData cloud;
+  cloud.T_world_sensor = header.T_world_sensor;
+  cloud.width = static_cast<std::uint32_t>(header.width);
+  cloud.height = static_cast<std::uint32_t>(header.height);
+  const std::size_t count = std::size_t{cloud.width} * cloud.height;
   cloud.xyz.resize(3 * count);
   for (const Column& column : columns_) {
     if (isDouble(column)) cloud.origin[static_cast<Eigen::Index>(column.target)] = NAN;
@@ -189,6 +185,7 @@ void CloudFiller::allocate(CloudData& cloud, std::uint64_t width, std::uint64_t 
   if (countOf(Target::PackedColor) + countOf(Target::Red) > 0) cloud.colors.resize(count);
   if (countOf(Target::Label) > 0) cloud.labels.resize(count);
   if (countOf(Target::Intensity) > 0) cloud.intensities.resize(count);
+  return cloud;
 }
 
 bool CloudFiller::isDouble(const Column& column) const {

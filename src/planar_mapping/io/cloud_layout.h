@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "planar_mapping/io/input_file.h"
 #include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/io/input_file.h"
 #include "planar_mapping/io/text_lines.h"
 
 namespace planar_mapping::io {
@@ -17,11 +17,6 @@ namespace planar_mapping::io {
 // The readers are ours rather than pcl_io's: that library is linked against VTK in distribution
 // packages (start-up time and a display stack on the mapping path), and it allocates what a header
 // announces before looking at the file. Robots meet cut-off and damaged files.
-
-CloudData readPcd(const std::string& path, const CloudChannels& channels);
-CloudFileInfo readPcdInfo(const std::string& path);
-CloudData readPly(const std::string& path, const CloudChannels& channels);
-CloudFileInfo readPlyInfo(const std::string& path);
 
 /// The type of a number as PCD says it in TYPE and SIZE.
 struct ScalarType {
@@ -44,13 +39,33 @@ struct CloudField {
   std::uint64_t word = 0;    ///< values before it in the record
 };
 
-/// Sets offset and word of each field; \throws IoError if a record gets absurdly large.
-void placeFields(const std::string& path, std::vector<CloudField>& fields);
+/// What the header of a file says.
+struct CloudHeader {
+  CloudFormat format = CloudFormat::None;
+  std::string encoding;  ///< as CloudFileInfo has it
+  std::uint64_t width = 0;
+  std::uint64_t height = 1;
+  std::vector<CloudField> fields;
+  Pose T_world_sensor = Pose::Identity();
+  std::uint64_t data_position = 0;  ///< where in the file the points begin
 
-/// Turns records into the channels of a CloudData: what PCD and PLY have in common.
+  bool isAscii() const { return encoding == "ascii"; }
+};
+
+// Each reads up to the first point. \throws IoError
+CloudHeader readPcdHeader(InputFile& file, LineReader& lines);
+CloudHeader readPlyHeader(InputFile& file, LineReader& lines);
+
+/// A header has about a line a field, and comments.
+constexpr std::size_t kMaxHeaderLines = 10000;
+/// Longest line of text among the points, bytes: fields of many values.
+constexpr std::size_t kLongestDataLine = std::size_t{1} << 24;
+
+/// Turns records into the channels of a CloudData.
 class CloudFiller {
  public:
-  /// Chooses the fields that are used. \throws IoError if x, y or z is missing, twice or no float
+  /// Chooses the fields that are used. \throws IoError if x, y or z is missing, twice or no float,
+  /// or if a record gets absurdly large
   CloudFiller(const std::string& path, const std::vector<CloudField>& fields,
               const CloudChannels& channels);
 
@@ -58,11 +73,9 @@ class CloudFiller {
 
   /// \throws IoError unless 1 <= width * height <= 2^31 - 1 and as many records as that fit into
   /// \p bytes_left
-  void checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytes_left,
-                 bool ascii) const;
-  /// Takes memory for as many points, after checkSize().
-  void allocate(CloudData& cloud, std::uint64_t width, std::uint64_t height,
-                std::uint64_t bytes_left, bool ascii) const;
+  void checkSize(const CloudHeader& header, std::uint64_t bytes_left) const;
+  /// A cloud with memory for the points, after checkSize().
+  CloudData allocate(const CloudHeader& header, std::uint64_t bytes_left) const;
 
   /// All of the first field, then all of the second, ...: the order inside binary_compressed.
   void fillTransposed(CloudData& cloud, const std::uint8_t* data) const;

@@ -6,8 +6,8 @@
 #include <limits>
 #include <type_traits>
 
-#include "planar_mapping/base/simd.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/simd.h"
 
 namespace planar_mapping::io {
 namespace {

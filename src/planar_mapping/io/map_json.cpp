@@ -3,6 +3,7 @@
 #include "planar_mapping/io/map_json.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <vector>
 
 #include "planar_mapping/base/error.h"
@@ -86,7 +87,14 @@ void saveMap(const PlanarMap& map, const std::string& path, Overwrite overwrite)
   file.commit();
 }
 
-PlanarMap loadMap(const std::string& path, int threads) {
+std::string mapFileOf(const std::string& path) {
+  const std::filesystem::path file = std::filesystem::path(path) / "map.pmap";
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored) ? file.string() : path;
+}
+
+PlanarMap loadMap(const std::string& folder_or_file, int threads) {
+  const std::string path = mapFileOf(folder_or_file);
   const std::vector<std::uint8_t> bytes = readWholeFile(path);
   try {
     return PlanarMap::deserialize(bytes.data(), bytes.size(), threads);

@@ -1,36 +1,22 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <lzf.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "planar_mapping/io/cloud_layout.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/io/cloud_layout.h"
 #include "planar_mapping/io/text_lines.h"
 
 namespace planar_mapping::io {
 namespace {
-
-struct PcdHeader {
-  std::vector<CloudField> fields;
-  std::uint64_t width = 0;
-  std::uint64_t height = 0;
-  Pose T_world_sensor = Pose::Identity();
-  std::string encoding;             ///< "ascii", "binary" or "binary_compressed"
-  std::uint64_t data_position = 0;  ///< where in the file the points begin
-};
-
-constexpr std::size_t kMaxHeaderLines = 1000;
-constexpr double kShortestQuaternion = 1e-6;
 
 std::optional<ScalarType> scalarType(std::string_view type, std::uint64_t size) {
   const bool is_integer = type == "I" || type == "U";
@@ -117,16 +103,20 @@ Pose viewpoint(const std::string& path, const Entries& entries) {
       throw IoError(path, "VIEWPOINT " + quoted(words[i]) + " is no finite number");
   }
   const Eigen::Quaterniond rotation(v[3], v[4], v[5], v[6]);
+  constexpr double kShortestQuaternion = 1e-6;  // its direction is not lost in rounding
   const double norm = rotation.norm();
   if (!(norm > kShortestQuaternion && norm < 1.0 / kShortestQuaternion))
     throw IoError(path, "VIEWPOINT has a quaternion of length 0");
   return poseOf(Vector3(v[0], v[1], v[2]), rotation);
 }
 
-/// Reads up to and including the DATA line. \throws IoError
-PcdHeader readPcdHeader(const std::string& path, LineReader& lines) {
+}  // namespace
+
+CloudHeader readPcdHeader(InputFile& file, LineReader& lines) {
+  const std::string& path = file.path();
   const Entries entries(path, lines);
-  PcdHeader header;
+  CloudHeader header;
+  header.format = CloudFormat::Pcd;
   header.data_position = lines.position();
 
   const std::vector<std::string>& names = entries.words("FIELDS");
@@ -155,8 +145,6 @@ PcdHeader readPcdHeader(const std::string& path, LineReader& lines) {
     }
     header.fields.push_back(field);
   }
-  placeFields(path, header.fields);
-
   if (!entries.has("WIDTH") && !entries.has("POINTS"))
     throw IoError(path, "has neither WIDTH nor POINTS line");
   header.width = entries.number(entries.has("WIDTH") ? "WIDTH" : "POINTS");
@@ -179,111 +167,9 @@ PcdHeader readPcdHeader(const std::string& path, LineReader& lines) {
   return header;
 }
 
-constexpr std::size_t kLongestHeaderLine = std::size_t{1} << 16;
-constexpr std::size_t kLongestDataLine = std::size_t{1} << 24;
-/// LZF's longest match: 264 bytes out of 3.
-constexpr std::uint64_t kLargestExpansion = 88;
-
-/// What follows the points, at the file's position. Some versions of PCL leave up to a
-/// page of memory of zeros there.
-void checkSurplus(InputFile& file, std::uint64_t points, std::size_t record_size) {
-  constexpr std::uint64_t kPage = 65536;  // the largest in use
-  const std::uint64_t surplus = file.size() - file.position();
-  if (surplus < record_size) return;
-  std::vector<char> rest(std::min(surplus, kPage));
-  file.readExactly(rest.data(), rest.size());
-  const bool is_padding =
-      surplus < kPage && std::all_of(rest.begin(), rest.end(), [](char c) { return c == 0; });
-  if (is_padding) return;
-  throw IoError(file.path(), "header lies: it announces " + std::to_string(points) +
-                                 " points, but " + std::to_string(surplus) +
-                                 " more bytes follow them");
-}
-
-void readCompressed(CloudData& cloud, const CloudFiller& filler, const PcdHeader& header,
-                    InputFile& file) {
-  const std::string& path = file.path();
-  std::uint32_t sizes[2];
-  file.readExactly(sizes, sizeof sizes);
-  const std::uint64_t packed_size = sizes[0];
-  const std::uint64_t plain_size = sizes[1];
-  if (packed_size > file.size() - file.position())
-    throw IoError(path, "is cut short: " + std::to_string(packed_size) +
-                            " compressed bytes announced, " +
-                            std::to_string(file.size() - file.position()) + " there");
-  if (plain_size / kLargestExpansion > packed_size)
-    throw IoError(path, "is damaged: " + std::to_string(packed_size) +
-                            " compressed bytes cannot hold " + std::to_string(plain_size));
-  filler.allocate(cloud, header.width, header.height, plain_size, false);
-  if (plain_size != std::uint64_t{cloud.size()} * filler.recordSize())
-    throw IoError(path, "contradicts itself: " + std::to_string(plain_size) +
-                            " uncompressed bytes for " + std::to_string(cloud.size()) +
-                            " points of " + std::to_string(filler.recordSize()) + " bytes");
-  // Plain arrays: a vector would clear what is about to be overwritten.
-  std::unique_ptr<std::uint8_t[]> packed(new std::uint8_t[packed_size]);
-  file.readExactly(packed.get(), packed_size);
-  std::unique_ptr<std::uint8_t[]> plain(new std::uint8_t[plain_size]);
-  const unsigned done = lzf_decompress(packed.get(), static_cast<unsigned>(packed_size),
-                                       plain.get(), static_cast<unsigned>(plain_size));
-  if (done != plain_size) throw IoError(path, "is damaged: its points cannot be decompressed");
-  packed.reset();
-  filler.fillTransposed(cloud, plain.get());
-}
-
-}  // namespace
-
-CloudData readPcd(const std::string& path, const CloudChannels& channels) {
-  InputFile file(path);
-  LineReader lines(file, kLongestHeaderLine);
-  const PcdHeader header = readPcdHeader(path, lines);
-  const CloudFiller filler(path, header.fields, channels);
-  const std::uint64_t bytes_left = file.size() - std::min(file.size(), header.data_position);
-
-  CloudData cloud;
-  cloud.T_world_sensor = header.T_world_sensor;
-  if (header.encoding == "ascii") {
-    filler.allocate(cloud, header.width, header.height, bytes_left, true);
-    lines.setLongestLine(kLongestDataLine);
-    filler.fillLines(cloud, lines);
-    std::string_view line;
-    while (lines.next(line))
-      if (!takeWord(line).empty())
-        failAtLine(path, lines.number(),
-                   "more points than the announced " + std::to_string(cloud.size()));
-    return cloud;
-  }
-  file.seek(header.data_position);
-  if (header.encoding == "binary") {
-    filler.allocate(cloud, header.width, header.height, bytes_left, false);
-    filler.fillFromFile(cloud, file, false);
-    checkSurplus(file, cloud.size(), filler.recordSize());
-  } else {
-    readCompressed(cloud, filler, header, file);
-  }
-  return cloud;
-}
-
-CloudFileInfo readPcdInfo(const std::string& path) {
-  InputFile file(path);
-  LineReader lines(file, kLongestHeaderLine);
-  const PcdHeader header = readPcdHeader(path, lines);
-  const CloudFiller filler(path, header.fields, CloudChannels::none());
-  CloudFileInfo info;
-  info.format = CloudFormat::Pcd;
-  info.encoding = header.encoding;
-  info.T_world_sensor = header.T_world_sensor;
-  for (const CloudField& field : header.fields) info.fields.push_back(field.name);
-  std::uint64_t bytes = file.size() - std::min(file.size(), header.data_position);
-  if (header.encoding == "binary_compressed") bytes *= kLargestExpansion;
-  filler.checkSize(header.width, header.height, bytes, header.encoding == "ascii");
-  info.width = static_cast<std::uint32_t>(header.width);
-  info.height = static_cast<std::uint32_t>(header.height);
-  return info;
-}
-
 namespace {
 
-constexpr std::size_t kRecordsABlock = 8192;
+constexpr std::size_t kRecordsABlock = 8192;  // written at once
 
 std::string headerOf(const CloudData& cloud) {
   struct Field {

@@ -13,8 +13,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "planar_mapping/io/input_file.h"
 #include "planar_mapping/base/types.h"
+#include "planar_mapping/io/input_file.h"
 
 namespace planar_mapping::io {
 
@@ -124,6 +124,10 @@ void requirePose(const Pose& pose, const std::string& what);
 
 /// \p word fit for an error message: printable and not long.
 std::string quoted(std::string_view word);
+/// Rather than std::quoted.
+inline std::string quoted(const std::string& word) {
+  return quoted(std::string_view(word));
+}
 
 /// Calls \p visit with the words of each line that is not empty, and the number of the line; what
 /// follows a # is left out.

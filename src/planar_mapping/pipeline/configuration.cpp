@@ -137,6 +137,8 @@ std::string effectiveYaml(const Configuration& configuration) {
       std::string("profile: ") + (settings.profile == Profile::Paper ? "paper" : "compact") + "\n";
   yaml += "seed: " + std::to_string(settings.seed) + "\n";
   yaml += "threads: " + std::to_string(settings.threads) + "\n";
+  if (configuration.scale != 1.0)
+    yaml += "scale: " + toYaml(ParameterValue(configuration.scale)) + "\n";
   appendList(yaml, "inputs", configuration.inputs);
   if (!configuration.poses.empty())
     yaml += "poses: " + toYaml(ParameterValue(configuration.poses)) + "\n";

@@ -40,6 +40,7 @@ struct Configuration {
   std::vector<std::string> inputs;  ///< absolute, or relative to the working directory
   std::string poses;                ///< TUM or KITTI file; empty = of the input, if any
   std::string calibration;          ///< a calib.yaml; empty = of the input
+  double scale = 1.0;               ///< metres a unit of the clouds of files
   FrameSelection frames;
   std::vector<std::string> plugins;  ///< shared libraries, absolute
   std::vector<ConfiguredStage> stages;

@@ -5,15 +5,16 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/pipeline/plugin.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-const std::vector<std::string> kTopKeys = {"version", "profile",     "seed",   "threads", "inputs",
-                                           "poses",   "calibration", "frames", "plugins", "stages"};
+const std::vector<std::string> kTopKeys = {"version", "profile", "seed",        "threads",
+                                           "inputs",  "poses",   "calibration", "frames",
+                                           "plugins", "scale",   "stages"};
 
 }  // namespace
 
@@ -30,6 +31,7 @@ ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& ta
   settings_.integer("version", version_, Range::between(1, Configuration::kVersion), "");
   settings_.integer("seed", seed_, Range::between(0, RunSettings::kLargestSeed), "");
   settings_.integer("threads", configuration_.settings.threads, Range::between(0, 1024), "");
+  settings_.number("scale", configuration_.scale, Range::between(1e-6, 1e6), "");
 }
 
 Configuration ConfigurationReader::read(const std::string& text) {

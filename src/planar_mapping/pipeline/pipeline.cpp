@@ -349,7 +349,7 @@ void Pipeline::adaptMapping(CloudScale scale, const Frame* frame) {
 void Pipeline::countCuboids() {
   if (10 * map_.frames() <= 11 * counted_frames_) return;
   counted_frames_ = map_.frames();
-  cuboids_ = map_.cuboidCountAtMost();
+  cuboids_ = map_.cuboidCount();
 }
 
 FrameReport Pipeline::report(const Frame& frame) const {

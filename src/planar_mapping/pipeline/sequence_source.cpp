@@ -32,6 +32,7 @@ io::SequenceOptions sequenceOptions(const Configuration& configuration) {
   io::SequenceOptions options;
   options.poses_file = configuration.poses;
   options.calibration_file = configuration.calibration;
+  options.scale = configuration.scale;
   options.ignore_poses = configuration.settings.ignores_poses;
   if (hasStage(configuration, StageKind::Images)) {
     options.preferred = io::SequenceKind::Stereo;
@@ -124,8 +125,8 @@ FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width, std:
 
 PointsView pointsOf(const FrameCloud& cloud) {
   static_assert(sizeof(pcl::PointXYZ) % sizeof(float) == 0, "points are read as rows of floats");
-  PointsView view(reinterpret_cast<const float*>(cloud.points.data()), cloud.size(),
-                  sizeof(pcl::PointXYZ) / sizeof(float));
+  PointsView view(reinterpret_cast<const float*>(cloud.points.data()), cloud.size());
+  view.stride = sizeof(pcl::PointXYZ) / sizeof(float);
   view.width = cloud.width;
   view.height = cloud.height;
   return view;

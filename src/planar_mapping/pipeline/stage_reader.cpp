@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <optional>
 
-#include "planar_mapping/pipeline/configuration_reader.h"
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
+#include "planar_mapping/pipeline/configuration_reader.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -135,11 +135,13 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
   }
   const std::size_t dot = target.find('.');
   if (dot == std::string::npos) {
-    const bool settable = target == "seed" || target == "threads" || target == "frames";
+    const bool settable =
+        target == "seed" || target == "threads" || target == "scale" || target == "frames";
     if (settable) {
       readTopEntry(target, value, report);
     } else if (target != "profile") {
-      report("there is no such key" + didYouMean(target, {"seed", "threads", "frames", "profile"}) +
+      report("there is no such key" +
+             didYouMean(target, {"seed", "threads", "scale", "frames", "profile"}) +
              "; a stage's key is written stage.key=value");
     }
     return;

@@ -98,22 +98,4 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
   return grid;
 }
 
-PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
-                      const std::vector<char>& split, int levels) {
-  PointCells fine;
-  fine.side = grid.side / (1 << levels);
-  const double inverse_side = 1.0 / fine.side;
-  for (std::size_t k = 0; k < grid.cell_of.size(); ++k) {
-    const std::int32_t home = grid.cell_of[k];
-    if (home < 0 || split[static_cast<std::size_t>(home)] == 0) continue;
-    const float* p = points[at(indices, k)];
-    CellKey key;
-    if (!cellAt(p, inverse_side, key)) continue;
-    const auto cell = static_cast<std::size_t>(fine.table.insert(key));
-    if (cell == fine.sums.size()) fine.sums.emplace_back();
-    addTo(fine.sums[cell], p, key, fine.side);
-  }
-  return fine;
-}
-
 }  // namespace planar_mapping::detail

@@ -33,8 +33,4 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
 
 PointCells buildPointCells(const PointsView& points, const Indices* indices, double side);
 
-/// The points of the cells with split[cell] != 0 in cells of 1 / 2^levels of the side.
-PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
-                      const std::vector<char>& split, int levels);
-
 }  // namespace planar_mapping::detail

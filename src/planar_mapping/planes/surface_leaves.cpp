@@ -22,15 +22,6 @@ constexpr double kMinWidth = 0.05;
 constexpr double kMaxNoise = 0.8;
 // Squared thickness against squared width.
 constexpr double kMaxThickness = 0.4;
-// Leaves smaller than a cell are only for what is beyond doubt.
-constexpr double kMinPointsIfFine = 64.0;
-constexpr double kMaxThicknessIfFine = 0.2;
-// Cells with so many points are split if these spread no wider than this fraction of the side; a
-// surface right across would by 0.29.
-constexpr double kCrowd = 1024.0;
-constexpr double kCrowdWidth = 0.2;
-// A cell stays split if its finer leaves show so much of its points; the rest are crumbs.
-constexpr double kMinFractionIfSplit = 0.5;
 // Faces two thresholds apart, less their noise, have no point near the plane between them. Where
 // one has a sixth of the points, the RMS thickness is 0.37 of the gap.
 constexpr double kMinGap = 1.9;
@@ -63,24 +54,18 @@ bool isThickAsWide(const LocalFit& fit, double band) {
 /// Makes leaves level by level; what has none at one level is pooled by parent for the next.
 class LeafBuilder {
  public:
-  LeafBuilder(const PointCells& grid, const std::vector<char>& split, const PointCells& fine,
-              const DistanceBand& band, const Vector3& sensor)
-      : grid_(grid), split_(split), band_(band), sensor_(sensor) {
-    result_.side = grid.side / (1 << kGridLevel);
-    for (std::size_t i = 0; i < fine.sums.size(); ++i) {
-      CellKey home = fine.table.key(i);
-      keys_.push_back(home);
-      for (int up = 0; up < kGridLevel; ++up) home = home.parent();
-      const std::int32_t cell = grid.table.find(home);
-      if (cell >= 0) waiting_.push_back({cell, static_cast<std::int32_t>(i)});
+  LeafBuilder(const PointCells& grid, const DistanceBand& band, const Vector3& sensor)
+      : grid_(grid), band_(band), sensor_(sensor), sums_(grid.sums) {
+    result_.side = grid.side;
+    for (std::size_t cell = 0; cell < grid.sums.size(); ++cell) {
+      waiting_.push_back({static_cast<std::int32_t>(cell), static_cast<std::int32_t>(cell)});
+      keys_.push_back(grid.table.key(cell));
     }
-    sums_ = fine.sums;
   }
 
   SurfaceLeaves run() {
     double side = result_.side;
     for (int level = 0; level <= kTopLevel; ++level, side *= 2.0) {
-      if (level == kGridLevel) addCells();
       const std::vector<std::int32_t> leaf = makeLeaves(level, side);
       poolTheRest(leaf, side);
     }
@@ -107,58 +92,27 @@ class LeafBuilder {
               all.end());
   }
 
-  /// All cells that are not split, or were in vain.
-  void addCells() {
-    keys_.clear();
-    sums_.clear();
-    waiting_.clear();
-    sortLeavesInCells();
-    std::vector<double> shown(grid_.sums.size(), 0.0);
-    for (const LeafInCell& entry : result_.leaves_in_cells) {
-      const SurfaceLeaf& leaf = result_.leaves[static_cast<std::size_t>(entry.leaf)];
-      if (leaf.planar) shown[static_cast<std::size_t>(entry.cell)] += leaf.sums.n;
-    }
-    const auto isSplit = [&](std::size_t cell) {
-      return split_[cell] != 0 && shown[cell] >= kMinFractionIfSplit * grid_.sums[cell].n;
-    };
-    for (const LeafInCell& entry : result_.leaves_in_cells) {
-      if (isSplit(static_cast<std::size_t>(entry.cell))) continue;
-      result_.leaves[static_cast<std::size_t>(entry.leaf)].planar = false;
-    }
-    for (std::size_t cell = 0; cell < grid_.sums.size(); ++cell) {
-      if (isSplit(cell)) continue;
-      waiting_.push_back(
-          {static_cast<std::int32_t>(cell), static_cast<std::int32_t>(keys_.size())});
-      keys_.push_back(grid_.table.key(cell));
-      sums_.push_back(grid_.sums[cell]);
-    }
-  }
-
   /// \return leaf of each piece, -1 = none yet
   std::vector<std::int32_t> makeLeaves(int level, double side) {
-    const bool last = level == kTopLevel, finer = level < kGridLevel;
+    const bool last = level == kTopLevel;
     std::vector<std::int32_t> leaf(keys_.size(), -1);
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       const CellKey& key = keys_[i];
       const PointSums& sums = sums_[i];
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side;
       const double threshold = band_.at(centre.z() + sums.sum[2] / sums.n);
-      if (finer ? sums.n < kMinPointsIfFine
-                : !last && (sums.n < kMinPoints || side < kMinSideInBands * threshold)) {
-        continue;
-      }
+      if (!last && (sums.n < kMinPoints || side < kMinSideInBands * threshold)) continue;
       SurfaceLeaf candidate;
       if (sums.n >= kMinPoints) {
         const LocalFit fit = fitLocally(sums);
         if (!last && (isNarrow(fit, side) || isThickAsWide(fit, threshold))) continue;
         const bool line = isNoisyLine(sums, centre + fit.mean, sensor_, fit, side, threshold);
         if (!last && line) continue;
-        if (finer && fit.eigenvalues[0] > kMaxThicknessIfFine * fit.eigenvalues[1]) continue;
         candidate.planar = !line && isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
         candidate.thick =
-            !finer && fit.eigenvalues[0] >= kMinThickness * kMinThickness * threshold * threshold;
+            fit.eigenvalues[0] >= kMinThickness * kMinThickness * threshold * threshold;
         if (candidate.planar) {
           candidate.normal_deviation =
               std::sqrt(fit.eigenvalues[0] / (fit.eigenvalues[1] * sums.n));
@@ -209,7 +163,6 @@ class LeafBuilder {
   }
 
   const PointCells& grid_;
-  const std::vector<char>& split_;
   const DistanceBand& band_;
   const Vector3 sensor_;
   SurfaceLeaves result_;
@@ -239,20 +192,9 @@ bool isSurface(const LocalFit& fit, double side, double band) {
          fit.eigenvalues[0] <= kMaxThickness * fit.eigenvalues[1] && !isNarrow(fit, side);
 }
 
-std::vector<char> crowdedCells(const PointCells& grid) {
-  std::vector<char> crowded(grid.sums.size(), 0);
-  const double width = kCrowdWidth * grid.side;
-  for (std::size_t cell = 0; cell < crowded.size(); ++cell) {
-    if (grid.sums[cell].n < kCrowd) continue;
-    crowded[cell] = fitLocally(grid.sums[cell]).eigenvalues[1] < width * width ? 1 : 0;
-  }
-  return crowded;
-}
-
-SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
-                                 const PointCells& fine, const DistanceBand& band,
+SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const DistanceBand& band,
                                  const Vector3& sensor) {
-  return LeafBuilder(grid, split, fine, band, sensor).run();
+  return LeafBuilder(grid, band, sensor).run();
 }
 
 void splitFaces(const PointsView& points, const Indices* indices, const PointCells& grid,

@@ -14,12 +14,11 @@
 namespace planar_mapping::detail {
 
 /// A piece of cloud just large enough for a normal: a cell, or where that is too sparse, narrow or
-/// thin against the noise, the pooled poor cells of one of 2, 4 or 8 times the side. A crowd of
-/// points in a corner of a cell has leaves of a half or a quarter of the side; both faces of a wall
-/// in one cube have a leaf each, twins.
+/// thin against the noise, the pooled poor cells of one of 2, 4 or 8 times the side. Both
+/// faces of a wall in one cube have a leaf each, twins.
 struct SurfaceLeaf {
   CellKey key;             ///< at its level
-  int level = 0;           ///< the side is that of the grid times 2^(level - kGridLevel)
+  int level = 0;           ///< the side is that of the grid times 2^level
   std::int32_t twin = -1;  ///< the leaf of the other face, or -1
   bool planar = false;
   bool thick = false;  ///< as thick as two faces of a wall
@@ -30,8 +29,7 @@ struct SurfaceLeaf {
   double band = 0.0;              ///< d_T(z) at the mean
 };
 
-constexpr int kGridLevel = 2;
-constexpr int kLeafLevels = 6;
+constexpr int kLeafLevels = 4;
 
 /// A leaf and a cell of the grid that some of its points are in.
 struct LeafInCell {
@@ -77,12 +75,7 @@ LocalFit fitLocally(const PointSums& sums);
 /// Whether a fit of the points of a cube of \p side is a surface rather than a blob or a line.
 bool isSurface(const LocalFit& fit, double side, double band);
 
-/// Per cell of the grid, whether it should be split: its points are many and crowd in a part of it.
-std::vector<char> crowdedCells(const PointCells& grid);
-
-/// \param fine the points of the cells with split[cell] != 0 in cells kGridLevel levels smaller
-SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
-                                 const PointCells& fine, const DistanceBand& band,
+SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const DistanceBand& band,
                                  const Vector3& sensor);
 
 /// Makes twins of the leaves that hold both faces of a wall.

@@ -10,9 +10,9 @@
 #include <limits>
 
 #include "evaluation/metrics/cuboid_geometry.h"
-#include "planar_mapping/base/random.h"
-#include "planar_mapping/base/error.h"
 #include "evaluation/metrics/map_metrics.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -58,49 +58,6 @@ bool isInsideOneBefore(const CuboidDistance& index, const Vector3& point, std::s
                      [&](std::uint32_t cuboid) { return index.holds(cuboid, point); });
 }
 
-TEST(CuboidDistance, KnowsWhichCuboidsComeBefore) {
-  Random random(3);
-  const std::vector<Cuboid> cuboids = randomCuboids(60, 6, 0.4);
-  const CuboidDistance index(cuboids);
-  int inside = 0;
-  for (std::size_t i = 0; i < cuboids.size(); ++i) {
-    for (int k = 0; k < 50; ++k) {
-      const Vector3 local(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5),
-                          random.uniform(-0.5, 0.5));
-      const Vector3 p =
-          cuboids[i].center + cuboids[i].orientation * local.cwiseProduct(cuboids[i].size);
-      bool before = false;
-      for (std::size_t j = 0; j < i; ++j) before = before || contains(cuboids[j], p);
-      Matrix3 axes = Matrix3::Zero();
-      ASSERT_EQ(isInsideOneBefore(index, p, i, axes), before);
-      for (int entry = 0; entry < 9; ++entry) axes(entry / 3, entry % 3) = 0.05 * random.normal();
-      ASSERT_EQ(isInsideOneBefore(index, p, i, axes), before);
-      inside += before ? 1 : 0;
-    }
-  }
-  EXPECT_GT(inside, 50);
-}
-
-TEST(CuboidDistance, BlocksAreHeldAsAWholeOrInPart) {
-  Cuboid cube;
-  cube.size = {2.0, 2.0, 2.0};
-  const CuboidDistance index({cube, cube});
-  CuboidDistance::Overlap overlap;
-  index.findBefore(1, {0.5, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
-  EXPECT_TRUE(overlap.is_whole);
-  index.findBefore(1, {0.6, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
-  EXPECT_FALSE(overlap.is_whole);
-  EXPECT_EQ(overlap.cuboids.size(), 1u);
-  index.findBefore(2, {0.6, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
-  EXPECT_EQ(overlap.cuboids.size(), 2u);
-  index.findBefore(2, {1.6, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
-  EXPECT_TRUE(overlap.cuboids.empty());
-  // Turned by 45 degrees a block of the same size reaches farther.
-  const Matrix3 turned = Eigen::AngleAxisd(M_PI / 4, Vector3::UnitZ()).toRotationMatrix();
-  index.findBefore(2, {1.6, 0, 0}, 0.5 * turned, overlap);
-  EXPECT_EQ(overlap.cuboids.size(), 2u);
-}
-
 TEST(CuboidDistance, HintsChangeNoAnswer) {
   Random random(15);
   const CuboidDistance index(randomCuboids(80, 16));
@@ -111,19 +68,6 @@ TEST(CuboidDistance, HintsChangeNoAnswer) {
     ASSERT_EQ(index.distance(p, hint), index.distance(p));
     ASSERT_EQ(index.isWithin(p, 0.3, other_hint), index.isWithin(p, 0.3));
   }
-}
-
-TEST(CuboidDistance, TiltedCuboidByHand) {
-  // A slab of 2 x 2 x 0.2 m turned by 45 degrees about y: its normal is (1, 0, 1) / sqrt(2).
-  Cuboid slab;
-  slab.size = {2.0, 2.0, 0.2};
-  slab.orientation = Quaternion(Eigen::AngleAxisd(M_PI / 4.0, Vector3::UnitY()));
-  const CuboidDistance index({slab});
-  EXPECT_NEAR(index.distance({1.0, 0.0, 1.0}), std::sqrt(2.0) - 0.1, 1e-12);
-  EXPECT_NEAR(index.distance({0.0, 1.5, 0.0}), 0.5, 1e-12);
-  EXPECT_EQ(index.distance({0.3, 0.0, -0.3}), 0.0);
-  EXPECT_TRUE(index.isWithin({1.0, 0.0, 1.0}, 1.32));
-  EXPECT_FALSE(index.isWithin({1.0, 0.0, 1.0}, 1.31));
 }
 
 TEST(CuboidDistance, NothingIsNearWithoutCuboids) {

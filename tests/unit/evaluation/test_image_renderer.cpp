@@ -91,21 +91,6 @@ TEST(RenderImage, ALeftPixelAppearsAtItsDisparityInTheRightImage) {
   }
 }
 
-TEST(RenderImage, ThreadsAndRunsGiveTheSameBytes) {
-  const Scene scene = makeScene("room", 2);
-  const PinholeCamera camera = cameraOf(160, 121, 120.0);
-  RenderParams one;
-  RenderParams three;
-  three.threads = 3;
-  ImageSensorParams sensor;
-  sensor.seed = 5;
-  const io::Image first = imageOf(scene, camera, scene.path[0], one, sensor);
-  EXPECT_EQ(imageOf(scene, camera, scene.path[0], three, sensor).pixels, first.pixels);
-  EXPECT_EQ(imageOf(scene, camera, scene.path[0], one, sensor).pixels, first.pixels);
-  sensor.seed = 6;
-  EXPECT_NE(imageOf(scene, camera, scene.path[0], one, sensor).pixels, first.pixels);
-}
-
 TEST(RenderImage, NoiseHasTheSpreadAskedForAndNoBias) {
   const Scene scene = wallAt(2.0, Material());
   const PinholeCamera camera = cameraOf(200, 100, 150.0);
@@ -186,26 +171,6 @@ TEST(RenderImage, GrayIsTheLuminanceOfColor) {
                 0.299 * color.pixels[3 * i] + 0.587 * color.pixels[3 * i + 1] +
                     0.114 * color.pixels[3 * i + 2],
                 1.0);
-}
-
-TEST(RenderImage, LeavesOutWhatIsNotThere) {
-  Scene scene = wallAt(4.0, Material());
-  SceneObject visitor;
-  visitor.size = Vector3(1, 1, 1);
-  visitor.T_world_object.translation() = Vector3(0, 0, 2.5);
-  visitor.first_frame = 3;
-  visitor.last_frame = 5;
-  scene.objects.push_back(visitor);
-  const PinholeCamera camera = cameraOf(64, 48, 40.0);
-  for (const int frame : {2, 3, 5, 6}) {
-    RenderParams params;
-    params.frame = frame;
-    const Rendering view = render(scene, camera, Pose::Identity(), params);
-    const std::size_t center = 24 * 64 + 32;
-    const bool there = frame >= 3 && frame <= 5;
-    EXPECT_EQ(view.object[center], there ? 1 : 0) << frame;
-    EXPECT_FLOAT_EQ(view.depth[center], there ? 2.0f : 4.0f) << frame;
-  }
 }
 
 TEST(RenderImage, RefusesViewsWithoutColorsAndBadParameters) {

@@ -12,8 +12,8 @@
 #endif
 
 #include "numbers.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -65,23 +65,6 @@ TEST_F(OctreeGridTest, OneRayHitsItsEndAndClearsTheCellsBefore) {
   EXPECT_EQ(of_two.counts().free_cells, 3u);
 }
 
-TEST_F(OctreeGridTest, ACompressedFileIsTheSmallerOne) {
-  OctreeGrid& octree = grid(0.05);
-  octree.insert(wall(0.05), {}, {0.0, 0.0, 1.0});
-  EXPECT_LT(octree.compressedFileBytes(), octree.fileBytes() / 2);
-  EXPECT_GT(octree.compressedFileBytes(), 100u);
-}
-
-TEST_F(OctreeGridTest, MissesOutweighAHitInTheEnd) {
-  OctreeGrid& octree = grid(1.0);
-  octree.insert({{2.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-  // Log-odds .85 of the hit, -.41 for each look through it: free after the third.
-  for (int looks = 1; looks <= 3; ++looks) {
-    octree.insert({{4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-    EXPECT_EQ(octree.counts().occupied_cells, looks < 3 ? 2u : 1u) << looks;
-  }
-}
-
 TEST_F(OctreeGridTest, FewPointsOfOneFrameOnlyClear) {
   OctreeGrid& octree = grid(1.0, 2);
   octree.insert({{4.5, 0.5, 0.5}, {0.5, 3.4, 0.5}, {0.5, 3.6, 0.5}}, {}, {0.5, 0.5, 0.5});
@@ -89,21 +72,6 @@ TEST_F(OctreeGridTest, FewPointsOfOneFrameOnlyClear) {
   ASSERT_EQ(cuboids.size(), 1u);
   EXPECT_TRUE(cuboids[0].center.isApprox(Vector3(0.5, 3.5, 0.5)));
   EXPECT_EQ(octree.counts().free_cells, 3u + 3u);  // the sensor's cell is shared
-}
-
-TEST_F(OctreeGridTest, FullBlocksOfEightBecomeOneLeaf) {
-  OctreeGrid& octree = grid(1.0);
-  std::vector<Vector3> block;
-  for (int i = 0; i < 8; ++i)
-    block.emplace_back(8.5 + (i & 1), 8.5 + (i >> 1 & 1), 8.5 + (i >> 2 & 1));
-  for (int i = 0; i < 10; ++i) octree.insert(block, {}, {0.5, 0.5, 0.5});
-  octree.finish();
-  EXPECT_EQ(octree.counts().occupied_leaves, 1u);
-  EXPECT_EQ(octree.counts().occupied_cells, 8u);
-  const std::vector<Cuboid> cuboids = octree.cuboids();
-  ASSERT_EQ(cuboids.size(), 1u);
-  EXPECT_TRUE(cuboids[0].center.isApprox(Vector3(9.0, 9.0, 9.0)));
-  EXPECT_TRUE(cuboids[0].size.isApprox(Vector3::Constant(2.0)));
 }
 
 TEST_F(OctreeGridTest, CuboidsOfNegativeBlocksLieWhereTheirCellsAre) {
@@ -142,18 +110,6 @@ TEST_F(OctreeGridTest, EndsWithFewerLeavesAndTheSameSpace) {
   double volume = 0.0;
   for (const Cuboid& cuboid : octree.cuboids()) volume += cuboid.volume();
   EXPECT_NEAR(volume, 1e-3 * static_cast<double>(cells), 1e-9);
-}
-
-TEST_F(OctreeGridTest, FileIsAHeaderAndTwoBytesAnInnerNode) {
-  OctreeGrid& octree = grid(1.0);
-  octree.insert({{4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-  octree.finish();
-  const std::size_t inner =
-      octree.counts().nodes - octree.counts().occupied_leaves - octree.counts().free_leaves;
-  std::string header = "# Octomap OcTree binary file\n";
-  header += "# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
-  header += "id OcTree\nsize " + std::to_string(octree.counts().nodes) + "\nres 1\ndata\n";
-  EXPECT_EQ(octree.fileBytes(), header.size() + 2 * inner);
 }
 
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
@@ -226,27 +182,6 @@ TEST_F(OctreeGridTest, WorkSpaceForRaysIsNotCountedThoughATreeKeepsIt) {
   const auto measured = static_cast<double>(heapInUse() - before);
   EXPECT_NEAR(measured - static_cast<double>(octree.heapBytes()), 600e3, 5e3);
 #endif
-}
-
-TEST_F(OctreeGridTest, OrderOfPointsDoesNotMatter) {
-  Random random(8);
-  std::vector<Vector3> points;
-  for (int i = 0; i < 500; ++i)
-    points.emplace_back(random.uniform(2, 4), random.uniform(-2, 2), random.uniform(0, 2));
-  OctreeGrid& forwards = grid(0.2);
-  OctreeGrid& backwards = grid(0.2);
-  for (int i = 0; i < 2; ++i) {
-    forwards.insert(points, {}, {0, 0, 1});
-    backwards.insert({points.rbegin(), points.rend()}, {}, {0, 0, 1});
-  }
-  EXPECT_EQ(forwards.counts().free_cells, backwards.counts().free_cells);
-  ASSERT_EQ(forwards.counts().occupied_leaves, backwards.counts().occupied_leaves);
-  const std::vector<Cuboid> a = forwards.cuboids();
-  const std::vector<Cuboid> b = backwards.cuboids();
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].center, b[i].center);
-    EXPECT_EQ(a[i].probability, b[i].probability);
-  }
 }
 
 TEST_F(OctreeGridTest, PointsOutsideTheTreeAreDropped) {

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "evaluation/metrics/simulated_features.h"
-#include "planar_mapping/base/random.h"
-#include "planar_mapping/base/error.h"
 #include "evaluation/simulation/ray_caster.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -215,38 +215,6 @@ TEST(SimulatedFeatures, StandWhereTheirLandmarksAre) {
       const Vector3 world = frame.T_world_camera * one.position;
       EXPECT_NEAR((world - places.emplace(one.track, world).first->second).norm(), 0.0, 1e-4);
       EXPECT_LE(one.sightings, static_cast<std::int32_t>(k) + 1);
-    }
-  }
-}
-
-TEST(SimulatedFeatures, KeepTheirTracksOverFrames) {
-  SimulationParams params = smallParams("room", 6);
-  params.path = Path::Standing;
-  const Simulation simulation(params);
-  SimulatedFeatures features(simulation, exact());
-  const std::vector<KeyFeature> first = features.next(simulation.frame(0));
-  std::vector<KeyFeature> last;
-  for (std::size_t k = 1; k < 6; ++k) last = features.next(simulation.frame(k));
-  ASSERT_GE(last.size(), first.size()) << "new ones come at the end";
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    EXPECT_EQ(last[i].track, first[i].track);
-    EXPECT_EQ(last[i].sightings, 6);
-    EXPECT_EQ(last[i].position, first[i].position);
-  }
-}
-
-TEST(SimulatedFeatures, TheSameParametersGiveTheSameFeatures) {
-  const Simulation simulation(smallParams("outdoor", 3));
-  SimulatedFeatures a(simulation, {});
-  SimulatedFeatures b(simulation, {});
-  for (std::size_t k = 0; k < 3; ++k) {
-    const SimulatedFrame frame = simulation.frame(k);
-    const auto of_a = a.next(frame);
-    const auto of_b = b.next(frame);
-    ASSERT_EQ(of_a.size(), of_b.size());
-    for (std::size_t i = 0; i < of_a.size(); ++i) {
-      EXPECT_EQ(of_a[i].track, of_b[i].track);
-      EXPECT_EQ(of_a[i].position, of_b[i].position);
     }
   }
 }

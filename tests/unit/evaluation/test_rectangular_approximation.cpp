@@ -10,8 +10,8 @@
 #include <limits>
 #include <map>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -66,16 +66,6 @@ TEST(FuseCells, ABlockBecomesOneBox) {
   EXPECT_EQ(boxes[0], block);
 }
 
-TEST(FuseCells, AnLNeedsTwoBoxes) {
-  std::vector<GridCell> cells = cellsOf(GridBox{{0, 0, 0}, {3, 1, 1}});
-  cells.push_back({0, 1, 0});
-  EXPECT_EQ(fuseCells(cells).size(), 2u);
-}
-
-TEST(FuseCells, DiagonalNeighboursShareNoFace) {
-  EXPECT_EQ(fuseCells({{0, 0, 0}, {1, 1, 0}, {2, 2, 0}}).size(), 3u);
-}
-
 TEST(FuseCells, TheBestOrderOfTheAxesIsTakenForEachPart) {
   // Two combs far apart: the first has its teeth along x, the second along y. Fused along the
   // teeth each is four boxes (three teeth and the back), across them it is more.
@@ -102,13 +92,6 @@ TEST(FuseCells, BoxesAreDisjointCoverTheCellsAndNoPairIsLeftToFuse) {
     EXPECT_EQ(cellsOf(boxes), expected) << filled;  // each cell once: no overlap
     EXPECT_FALSE(anyPairFuses(boxes)) << filled;
   }
-}
-
-TEST(FuseCells, OrderAndRepetitionOfTheCellsDoNotMatter) {
-  const std::vector<GridCell> cells = randomCells(11, 8, 0.7);
-  std::vector<GridCell> other(cells.rbegin(), cells.rend());
-  other.insert(other.end(), cells.begin(), cells.begin() + 20);
-  EXPECT_EQ(fuseCells(cells), fuseCells(other));
 }
 
 TEST(Boxes, OfNothingAndOfOneCell) {
@@ -192,16 +175,6 @@ TEST(GreedyCover, CellsBeyondTheLatticeAreRefused) {
   EXPECT_THROW(greedyCover({{0, -kLast - 2, 0}}), InputError);
 }
 
-TEST(RectangularApproximation, TakesTheBetterOfBoth) {
-  const std::vector<GridCell> cells{{1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}, {1, 2, 0}};
-  EXPECT_EQ(fuseCells(cells).size(), 3u);
-  EXPECT_EQ(greedyCover(cells).size(), 2u);
-  const RectangularApproximation plus(1.0, cells);
-  EXPECT_EQ(plus.size(), 2u);
-  EXPECT_EQ(plus.cuboids().size(), 2u);
-  EXPECT_EQ(plus.memoryBytes(), 40u);
-}
-
 TEST(RectangularApproximation, CuboidsAreTheBoxesInMetres) {
   const RectangularApproximation grid(0.5, cellsOf(GridBox{{-2, 0, 4}, {2, 3, 1}}));
   const std::vector<Cuboid> cuboids = grid.cuboids();
@@ -218,28 +191,6 @@ TEST(RectangularApproximation, FileTakesTheBitsOfCornersAndLengths) {
   const RectangularApproximation grid(1.0, cells);
   ASSERT_EQ(grid.size(), 2u);
   EXPECT_EQ(grid.fileBytes(), 42u + 2u);
-}
-
-TEST(RectangularApproximation, HundredThousandCellsTakeNoMinute) {
-  // A noisy tilted wall of 500 x 200 cells, one or two cells thick: what a grid makes of a plane
-  // that is not along its axes.
-  Random random(5);
-  std::vector<GridCell> cells;
-  for (std::int32_t x = 0; x < 500; ++x) {
-    for (std::int32_t z = 0; z < 160; ++z) {
-      const std::int32_t y = x / 7;
-      if (random.uniform() < 0.95) cells.push_back({x, y, z});
-      if (random.uniform() < 0.3) cells.push_back({x, y + 1, z});
-    }
-  }
-  ASSERT_GT(cells.size(), 95000u);
-  const auto start = std::chrono::steady_clock::now();
-  const RectangularApproximation grid(0.1, cells);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  EXPECT_LT(grid.size(), fuseCells(cells).size());
-  EXPECT_LT(grid.size(), cells.size() / 3);
-  EXPECT_LT(seconds, 20.0);
 }
 
 TEST(RectangularApproximation, BoxesByDensityHoldAllCellsAndAsManyEmptyOnesAsAllowed) {

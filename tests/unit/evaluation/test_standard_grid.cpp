@@ -10,8 +10,8 @@
 #include <tuple>
 
 #include "numbers.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -61,30 +61,6 @@ TEST(StandardGrid, FewPointsOfOneFrameMakeNoCell) {
   EXPECT_EQ(grid.size(), 2u);
 }
 
-/// Frames that look through the cell (2, 0, 0), which is alone, until it is gone.
-int looksUntilGone(StandardGrid grid) {
-  int looks = 0;
-  for (; grid.size() > 0; ++looks) grid.insert({}, {{4.5, 0.5, 0.5}}, {0.5, 0.5, 0.5});
-  return looks;
-}
-
-TEST(StandardGrid, EachFrameAddsOneHitUpToTheClamp) {
-  // Log-odds .85 a frame with a hit, up to 3.5, and -.405 a frame that looks through the cell.
-  for (const auto& [hits, misses] : {std::pair(1, 3), {2, 5}, {4, 9}, {10, 9}}) {
-    StandardGrid grid(1.0);
-    for (int i = 0; i < hits; ++i) grid.insert({{2.5, 0.5, 0.5}, {2.6, 0.5, 0.5}});
-    EXPECT_EQ(looksUntilGone(grid), misses) << hits;
-  }
-}
-
-TEST(StandardGrid, WhatIsHitIsNotMissed) {
-  const Vector3 origin(0.5, 0.5, 0.5);
-  StandardGrid grid(1.0);
-  for (int i = 0; i < 5; ++i) grid.insert({{2.5, 0.5, 0.5}}, {{4.5, 0.5, 0.5}}, origin);
-  EXPECT_EQ(looksUntilGone(grid), 9) << "as after five hits";
-  EXPECT_THROW(grid.insert({}, {}, {test::kNan, 0, 0}), InputError);
-}
-
 TEST(StandardGrid, RaysCrossTheCellsTheySample) {
   // Cells all around; those that vanish after many looks are those that points of the ray are in.
   Random random(21);
@@ -120,16 +96,6 @@ TEST(StandardGrid, PointsBeyondTheLatticeAreDropped) {
   grid.insert({{test::kNan, 0, 0}, {0, kInfinity, 0}, {0, 0, -1e300}, {1e6, 0, 0}, {1e5, 0, 0}});
   const std::vector<GridCell> expected = {{1000000, 0, 0}};
   EXPECT_EQ(grid.cells(), expected);
-}
-
-TEST(StandardGrid, IsEmptyWithoutPoints) {
-  StandardGrid grid(0.1);
-  grid.insert({});
-  EXPECT_EQ(grid.size(), 0u);
-  EXPECT_TRUE(grid.cells().empty());
-  EXPECT_TRUE(grid.cuboids().empty());
-  EXPECT_EQ(grid.memoryBytes(), 0u);
-  EXPECT_EQ(grid.fileBytes(), 36u);
 }
 
 TEST(StandardGrid, MemoryIsTwelveBytesASlot) {

@@ -165,22 +165,6 @@ TEST(StereoSensor, WrongMatchesHaveTheShareAskedFor) {
               0.02 * static_cast<double>(clean.size()));
 }
 
-TEST(StereoSensor, NothingToMatchGivesNothing) {
-  StereoSensorParams params;
-  Random random(6);
-  Rendering plain = wall(3.0f);
-  plain.texture.assign(plain.size(), 0.0f);
-  for (const float d : measureDisparity(plain, params, random)) EXPECT_EQ(d, 0.0f);
-  Rendering oblique = wall(3.0f);
-  oblique.incidence.assign(oblique.size(), 0.01f);
-  for (const float d : measureDisparity(oblique, params, random)) EXPECT_EQ(d, 0.0f);
-  for (const float d : measureDisparity(wall(100.0f), params, random)) EXPECT_EQ(d, 0.0f);
-  Rendering sky = wall(3.0f);
-  sky.object.assign(sky.size(), -1);
-  const std::vector<float> none = measureDisparity(sky, params, random);
-  for (const float x : pointsOf(none, sky.camera, 0.12)) EXPECT_TRUE(std::isnan(x));
-}
-
 TEST(StereoSensor, RefusesParametersOutOfRange) {
   const auto refused = [](void (*change)(StereoSensorParams&)) {
     StereoSensorParams params;

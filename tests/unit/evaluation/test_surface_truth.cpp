@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -49,32 +49,6 @@ TEST(SurfaceTruth, DistanceToABoxByHand) {
   EXPECT_NEAR(truth.distance({1.0, 0, 0}), 1.0, 1e-12);      // its centre
   EXPECT_NEAR(truth.distance({1.0, 1.9, 0}), 0.1, 1e-12);    // inside, near +y
   EXPECT_NEAR(truth.distance({2.0, 2.0, 3.0}), 0.0, 1e-12);  // on a corner
-}
-
-TEST(SurfaceTruth, DistanceToACylinderByHand) {
-  // Radius 1, from z = -2 to 2.
-  const SurfaceTruth truth(sceneOf({solid(Shape::Cylinder, {0, 0, 0}, {2, 2, 4})}));
-  EXPECT_NEAR(truth.distance({3, 4, 0}), 4.0, 1e-12);        // before its side
-  EXPECT_NEAR(truth.distance({0.3, 0.4, 2.5}), 0.5, 1e-12);  // above its end
-  EXPECT_NEAR(truth.distance({0, 4, 6}), 5.0, 1e-12);        // its rim: 3 and 4
-  EXPECT_NEAR(truth.distance({0.6, 0, 0.5}), 0.4, 1e-12);    // inside, near the side
-  EXPECT_NEAR(truth.distance({0, 0, -1.8}), 0.2, 1e-12);     // inside, near an end
-}
-
-TEST(SurfaceTruth, DistanceToASphereByHand) {
-  const SurfaceTruth truth(sceneOf({solid(Shape::Sphere, {1, 2, 3}, {2, 2, 2})}));
-  EXPECT_NEAR(truth.distance({1, 2, 8}), 4.0, 1e-12);
-  EXPECT_NEAR(truth.distance({1, 2, 3}), 1.0, 1e-12);
-  EXPECT_NEAR(truth.distance({1, 2, 3.25}), 0.75, 1e-12);
-}
-
-TEST(SurfaceTruth, TurnedSolidsAreMeasuredInTheirOwnFrame) {
-  SceneObject box = solid(Shape::Box, {1, 1, 0}, {2, 0.2, 2});
-  box.T_world_object.linear() = Eigen::AngleAxisd(M_PI / 4, Vector3::UnitZ()).toRotationMatrix();
-  const SurfaceTruth truth(sceneOf({box}));
-  // The box's thin axis is (-1, 1, 0) / sqrt(2).
-  EXPECT_NEAR(truth.distance({0.0, 2.0, 0.0}), std::sqrt(2.0) - 0.1, 1e-12);
-  EXPECT_NEAR(truth.distance({1.0, 1.0, 0.0}), 0.1, 1e-12);
 }
 
 TEST(SurfaceTruth, AgreesWithPointsSampledOnTheSurface) {
@@ -141,13 +115,6 @@ TEST(SurfaceTruth, SolidsCountOnlyInTheFramesInWhichTheyAreThere) {
   EXPECT_NEAR(SurfaceTruth(scene, 5, 9).distance({0, 0, 0}), 9.0, 1e-12);
   EXPECT_NEAR(SurfaceTruth(scene, 4, 5).distance({0, 0, 0}), 1.0, 1e-12);
   EXPECT_THROW(SurfaceTruth(scene, 5, 4), InputError);
-}
-
-TEST(SurfaceTruth, WithoutSolidsEverythingIsInfinitelyFar) {
-  const SurfaceTruth truth{Scene()};
-  EXPECT_EQ(truth.distance({0, 0, 0}), std::numeric_limits<double>::infinity());
-  EXPECT_FALSE(truth.isNear({0, 0, 0}, 1e9));
-  EXPECT_TRUE(truth.visibleCells(0.1).empty());
 }
 
 TEST(SurfaceTruth, VisibleCellsOfAWallAreWhatTheImageShows) {

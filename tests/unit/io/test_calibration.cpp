@@ -7,8 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/pose_file.h"

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "cloud_file_bytes.h"
@@ -149,6 +150,8 @@ TEST_F(CloudFile, ViewFollowsTheOrganization) {
   EXPECT_EQ(view.width, 2u);
   EXPECT_EQ(view.height, 2u);
   EXPECT_EQ(view.point(2), Vector3(3, 3, 3));
+  // Columns and rows, or a number and a stride? Neither.
+  static_assert(!std::is_constructible_v<PointsView, const float*, int, int>);
 }
 
 TEST_F(CloudFile, WritesWhatItReads) {

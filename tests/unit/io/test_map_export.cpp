@@ -79,7 +79,7 @@ TEST(MapExport, OriginIsSaidWhereThereIsOne) {
     EXPECT_NE(files(name, utm).find("origin_m 501000 4500000 0.5"), std::string::npos) << name;
     EXPECT_EQ(files(name, Vector3::Zero()).find("origin_m"), std::string::npos) << name;
   }
-  EXPECT_NE(files("m.glb", utm).find("\"origin_m\":[501000,4500000,0.5]"), std::string::npos);
+  EXPECT_NE(files("m.glb", utm).find("\"origin_m\":[501000.0,4500000.0,0.5]"), std::string::npos);
   EXPECT_NE(files("m.json", utm).find("\"origin_m\": [501000, 4500000, 0.5]"), std::string::npos);
   EXPECT_EQ(files("m.glb", Vector3::Zero()).find("origin_m"), std::string::npos);
 }

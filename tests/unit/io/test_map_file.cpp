@@ -9,10 +9,10 @@
 
 #include "map_scene.h"
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/planes/multi_plane.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"
-#include "planar_mapping/io/layouts/sequence.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping::io {

@@ -1,111 +1,68 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+// Cloud files, directories of them and our own sequence folders.
 #include "planar_mapping/io/layouts/sequence.h"
 
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <string>
-
-#include "planar_mapping/base/error.h"
-#include "planar_mapping/io/depth_image.h"
-#include "planar_mapping/io/image_file.h"
+#include "layout_folders.h"
 #include "planar_mapping/io/pose_file.h"
-#include "temporary_directory.h"
 
 namespace planar_mapping::io {
 namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kCamera =
-    "image_width: 4\nimage_height: 3\nfx: 2\nfy: 2\ncx: 1.5\ncy: 1\ndepth_scale: 1000\n";
-
-CloudData cloudAt(float x) {
-  CloudData cloud;
-  cloud.width = 4;
-  cloud.height = 3;
-  cloud.xyz.assign(36, x);
-  cloud.colors.assign(12, 0x112233);
-  cloud.T_world_sensor.translation() = Vector3(x, 0, 0);
-  return cloud;
+/// A cloud of 4 x 3 equal points, seen from a place along x.
+std::string cloudAt(const std::string& x) {
+  std::string text =
+      "VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nWIDTH 4\nHEIGHT 3\n"
+      "VIEWPOINT " +
+      x + " 0 0 1 0 0 0\nPOINTS 12\nDATA ascii\n";
+  for (int i = 0; i < 12; ++i) text += x + " " + x + " " + x + " 1122867\n";
+  return text;
 }
 
-std::vector<StampedPose> posesOf(std::size_t count) {
-  std::vector<StampedPose> poses(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    poses[i].timestamp = 10.0 + static_cast<double>(i);
-    poses[i].pose.translation() = Vector3(0, 0, static_cast<double>(i));
-  }
-  return poses;
+/// Times 10, 11 ..., along z.
+std::string posesOf(int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i)
+    text += std::to_string(10 + i) + " 0 0 " + std::to_string(i) + " 0 0 0 1\n";
+  return text;
 }
 
-class SequenceInputs : public ::testing::Test {
+const Files kScans = {{"scans/b.pcd", cloudAt("2")},
+                      {"scans/a.pcd", cloudAt("1")},
+                      {"scans/c.pcd", cloudAt("3")},
+                      {"scans/readme.txt", "not a cloud"}};
+const Files kClouds = {{"run/clouds/b.pcd", cloudAt("2")},
+                       {"run/clouds/a.pcd", cloudAt("1")},
+                       {"run/poses.txt", posesOf(2)},
+                       {"run/calib.yaml", kDepthCamera}};
+const Files kRgbd = {{"rgbd/depth/1.png", "@depth"},
+                     {"rgbd/depth/0.png", "@depth"},
+                     {"rgbd/rgb/1.png", "@image"},
+                     {"rgbd/rgb/0.png", "@image"},
+                     {"rgbd/calib.yaml", kDepthCamera}};
+const Files kPairs = {{"pairs/left/1.png", "@image"},
+                      {"pairs/left/0.png", "@image"},
+                      {"pairs/right/1.png", "@image"},
+                      {"pairs/right/0.png", "@image"},
+                      {"pairs/calib.yaml", kPairCamera}};
+
+class SequenceInputs : public LayoutFolders {
  protected:
-  std::string folder(const std::string& name) {
-    fs::create_directories(dir_ / name);
-    return dir_ / name;
+  void addImage(const std::string& name, int width, int height, std::uint8_t value) const {
+    const auto pixels = static_cast<std::size_t>(width * height);
+    writeImage(path(name), Image{width, height, 1, std::vector<std::uint8_t>(pixels, value)},
+               Overwrite::Allow);
   }
-  void addClouds(const std::string& name) {
-    folder(name);
-    writePcd(dir_ / (name + "/b.pcd"), cloudAt(2.0f));
-    writePcd(dir_ / (name + "/a.pcd"), cloudAt(1.0f));
-    writePcd(dir_ / (name + "/c.pcd"), cloudAt(3.0f));
-    writeFileAtomically(dir_ / (name + "/readme.txt"), "not a cloud");
+  std::string partnerOf(const std::string& folder, std::size_t index) const {
+    return fs::path(Sequence({path(folder)}).files(index).at(1)).filename().string();
   }
-  void addRgbd(const std::string& name, std::uint32_t width = 4) {
-    folder(name + "/depth");
-    folder(name + "/rgb");
-    DepthImage depth;
-    depth.width = width;
-    depth.height = 3;
-    depth.values.assign(std::size_t{width} * 3, 1500);
-    Image color{4, 3, 3, {}};
-    for (int i = 0; i < 12; ++i) color.pixels.insert(color.pixels.end(), {0x44, 0x55, 0x66});
-    for (const char* frame : {"/000001.png", "/000000.png"}) {
-      writeDepthPng(dir_ / (name + "/depth" + frame), depth);
-      writeImage(dir_ / (name + "/rgb" + frame), color);
-    }
-    writeFileAtomically(dir_ / (name + "/calib.yaml"), kCamera);
-  }
-  static Image grayImage(int width, std::uint8_t value) {
-    Image image;
-    image.width = width;
-    image.height = 3;
-    image.channels = 1;
-    image.pixels.assign(static_cast<std::size_t>(width) * 3, value);
-    return image;
-  }
-  /// Two pairs, 000000 and 000001, whose pixels are 10, 11 on the left and 20, 21 on the right.
-  void addStereo(const std::string& name) {
-    folder(name + "/left");
-    folder(name + "/right");
-    for (const char* frame : {"000000", "000001"}) {
-      const auto offset = static_cast<std::uint8_t>(frame[5] - '0');
-      writeImage(dir_ / (name + "/left/" + frame + ".png"), grayImage(4, 10 + offset));
-      writeImage(dir_ / (name + "/right/" + frame + ".png"), grayImage(4, 20 + offset));
-    }
-    writeFileAtomically(dir_ / (name + "/calib.yaml"), std::string(kCamera) + "baseline_m: 0.1\n");
-  }
-  void expectProblem(const std::vector<std::string>& inputs, const std::string& part,
-                     const std::string& poses = "") {
-    try {
-      SequenceOptions options;
-      options.poses_file = poses;
-      Sequence sequence(inputs, options);
-      for (std::size_t i = 0; i < sequence.size(); ++i) sequence.read(i);
-      FAIL() << "no problem, expected: " << part;
-    } catch (const IoError& error) {
-      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-    }
-  }
-
-  TemporaryDirectory dir_;
 };
 
 TEST_F(SequenceInputs, DirectoryOfCloudsIsReadInNameOrderWithViewpoints) {
-  addClouds("scans");
-  const Sequence sequence({dir_ / "scans"});
+  add(kScans);
+  const Sequence sequence({path("scans")});
   EXPECT_EQ(sequence.kind(), SequenceKind::Clouds);
   EXPECT_EQ(sequence.poseSource(), PoseSource::Viewpoint);
   ASSERT_EQ(sequence.size(), 3u);
@@ -122,29 +79,33 @@ TEST_F(SequenceInputs, DirectoryOfCloudsIsReadInNameOrderWithViewpoints) {
   }
   EXPECT_THROW(sequence.read(3), InputError);
   EXPECT_THROW(sequence.path(3), InputError);
+  EXPECT_THROW(sequence.describe(3), InputError);
+  EXPECT_THROW(Sequence(std::vector<std::string>{}), InputError);
 }
 
 TEST_F(SequenceInputs, NumbersInNamesAreInTheOrderOfTheirValues) {
-  const std::vector<std::string> names = {"1.5.pcd",      "1.25.pcd",   "2.pcd",
-                                          "10.pcd",       "scan_2.pcd", "scan_10.pcd",
-                                          "scan_011.pcd", "t.2.pcd",    "t.10.pcd"};
-  folder("scans");
-  for (const std::string& name : names) writePcd(dir_ / ("scans/" + name), cloudAt(1.0f));
-  const Sequence sequence({dir_ / "scans"});
-  const std::vector<std::string> expected = {"1.25.pcd",     "1.5.pcd",    "2.pcd",
-                                             "10.pcd",       "scan_2.pcd", "scan_10.pcd",
-                                             "scan_011.pcd", "t.2.pcd",    "t.10.pcd"};
-  ASSERT_EQ(sequence.size(), expected.size());
-  for (std::size_t i = 0; i < expected.size(); ++i)
-    EXPECT_EQ(std::filesystem::path(sequence.path(i)).filename(), expected[i]);
+  const std::vector<std::string> in_order = {"1.25",   "1.5",     "2",        "007", "10",
+                                             "scan_2", "scan_10", "scan_011", "t.2", "t.10"};
+  for (auto name = in_order.rbegin(); name != in_order.rend(); ++name)
+    add({{"scans/" + *name + ".pcd", cloudAt("1")}});
+  const std::vector<std::string> images = {"1", "001b", "00001ba", "1bq", "2", "10"};
+  for (const std::string& name : images)
+    add({{"seq/left/" + name + ".png", "@image"}, {"seq/right/" + name + ".png", "@image"}});
+  add({{"seq/calib.yaml", kPairCamera}});
+  const Sequence clouds({path("scans")}), pairs({path("seq")});
+  ASSERT_EQ(clouds.size(), in_order.size());
+  for (std::size_t i = 0; i < in_order.size(); ++i)
+    EXPECT_EQ(fs::path(clouds.path(i)).stem(), in_order[i]);
+  ASSERT_EQ(pairs.size(), images.size());
+  for (std::size_t i = 0; i < images.size(); ++i)
+    EXPECT_EQ(fs::path(pairs.path(i)).stem(), images[i]);
 }
 
 TEST_F(SequenceInputs, FilesKeepTheOrderGivenAndTakePosesFromAFile) {
-  addClouds("scans");
-  writeTumPoses(dir_ / "poses.txt", posesOf(2));
+  add(kScans + Files{{"poses.txt", posesOf(2)}});
   SequenceOptions options;
-  options.poses_file = dir_ / "poses.txt";
-  const Sequence sequence({dir_ / "scans/c.pcd", dir_ / "scans/a.pcd"}, options);
+  options.poses_file = path("poses.txt");
+  const Sequence sequence({path("scans/c.pcd"), path("scans/a.pcd")}, options);
   EXPECT_EQ(sequence.poseSource(), PoseSource::File);
   ASSERT_EQ(sequence.size(), 2u);
   EXPECT_EQ(sequence.read(0).cloud.xyz[0], 3.0f);
@@ -154,187 +115,132 @@ TEST_F(SequenceInputs, FilesKeepTheOrderGivenAndTakePosesFromAFile) {
 }
 
 TEST_F(SequenceInputs, FolderOfCloudsTakesItsOwnPosesAndCalibration) {
-  addClouds("run/clouds");
-  writeTumPoses(dir_ / "run/poses.txt", posesOf(3));
-  writeFileAtomically(dir_ / "run/calib.yaml", kCamera);
-  const Sequence sequence({dir_ / "run"});
-  EXPECT_EQ(sequence.kind(), SequenceKind::Clouds);
+  add(kClouds);
+  const Sequence sequence({path("run")});
   EXPECT_EQ(sequence.poseSource(), PoseSource::File);
-  const Frame frame = sequence.read(2);
-  EXPECT_EQ(frame.timestamp, 12.0);
+  const Frame frame = sequence.read(1);
+  EXPECT_EQ(frame.timestamp, 11.0);
   ASSERT_TRUE(frame.camera);
   EXPECT_EQ(frame.camera->fx, 2.0);
   EXPECT_EQ(sequence.calibration()->depth_scale, 1000.0);
-}
-
-TEST_F(SequenceInputs, CalibrationOfAnotherSizeIsNoCameraOfTheCloud) {
-  addClouds("run/clouds");
-  std::string calibration = kCamera;
-  calibration.replace(calibration.find("image_width: 4"), 14, "image_width: 8");
-  writeFileAtomically(dir_ / "run/calib.yaml", calibration);
-  EXPECT_FALSE(Sequence({dir_ / "run"}).read(0).camera);
+  std::string wide = kDepthCamera;  // is no camera of these clouds
+  wide.replace(wide.find("image_width: 4"), 14, "image_width: 8");
+  add({{"run/calib.yaml", wide}});
+  EXPECT_FALSE(Sequence({path("run")}).read(0).camera);
 }
 
 TEST_F(SequenceInputs, RgbdFolderGivesOrganizedColouredClouds) {
-  addRgbd("rgbd");
-  const Sequence without({dir_ / "rgbd"});
-  EXPECT_EQ(without.kind(), SequenceKind::Rgbd);
-  EXPECT_EQ(without.poseSource(), PoseSource::None);
-  EXPECT_FALSE(without.read(0).T_world_sensor);
-  writeTumPoses(dir_ / "rgbd/poses.txt", posesOf(2));
-  const Sequence sequence({dir_ / "rgbd"});
+  add(kRgbd);
+  EXPECT_EQ(Sequence({path("rgbd")}).poseSource(), PoseSource::None);
+  EXPECT_FALSE(Sequence({path("rgbd")}).read(0).T_world_sensor);
+  add({{"rgbd/poses.txt", posesOf(2)}});
+  const Sequence sequence({path("rgbd")});
+  EXPECT_EQ(sequence.kind(), SequenceKind::Rgbd);
   ASSERT_EQ(sequence.size(), 2u);
   const Frame frame = sequence.read(1);
-  EXPECT_EQ(frame.name, "000001.png");
+  EXPECT_EQ(frame.name, "1.png");
   EXPECT_TRUE(frame.cloud.view().isOrganized());
   EXPECT_FLOAT_EQ(frame.cloud.xyz[2], 1.5f);
   EXPECT_FLOAT_EQ(frame.cloud.xyz[0], -1.5f * 1.5f / 2.0f);
-  EXPECT_EQ(frame.cloud.colors, std::vector<std::uint32_t>(12, 0x445566));
+  EXPECT_EQ(frame.cloud.colors, std::vector<std::uint32_t>(12, 0x070707));
+  EXPECT_EQ(frame.left.pixels, std::vector<std::uint8_t>(12, 7));
   EXPECT_EQ(frame.T_world_sensor->translation().z(), 1.0);
-}
-
-TEST_F(SequenceInputs, RgbdFolderGivesItsColourImagesOnRequest) {
-  addRgbd("rgbd");
-  const Sequence sequence({dir_ / "rgbd"});
-  const Frame frame = sequence.read(0, CloudChannels::none());
-  EXPECT_EQ(frame.left.channels, 3);
-  EXPECT_EQ(frame.left.width, 4);
-  ASSERT_EQ(frame.left.pixels.size(), 36u);
-  EXPECT_EQ(frame.left.pixels[0], 0x44);
-  EXPECT_EQ(frame.left.pixels[2], 0x66);
-  EXPECT_TRUE(frame.right.empty());
-  EXPECT_TRUE(frame.cloud.colors.empty());
+  EXPECT_TRUE(sequence.read(0, CloudChannels::none()).cloud.colors.empty());
   EXPECT_TRUE(sequence.read(0, CloudChannels::none(), false).left.empty());
 }
 
 TEST_F(SequenceInputs, StereoFolderGivesPairsWithoutACloud) {
-  addStereo("stereo");
-  const Sequence sequence({dir_ / "stereo"});
+  add(kPairs + Files{{"pairs/poses.txt", posesOf(2)}});
+  addImage("pairs/right/1.png", 4, 3, 21);
+  const Sequence sequence({path("pairs")});
   EXPECT_EQ(sequence.kind(), SequenceKind::Stereo);
-  EXPECT_EQ(sequence.poseSource(), PoseSource::None);
   ASSERT_EQ(sequence.size(), 2u);
-  EXPECT_EQ(sequence.path(1), dir_ / "stereo/left/000001.png");
+  EXPECT_EQ(sequence.path(1), path("pairs/left/1.png"));
   const Frame frame = sequence.read(1);
-  EXPECT_EQ(frame.left.pixels, std::vector<std::uint8_t>(12, 11));
+  EXPECT_EQ(frame.left.pixels, std::vector<std::uint8_t>(12, 7));
   EXPECT_EQ(frame.right.pixels, std::vector<std::uint8_t>(12, 21));
   EXPECT_EQ(frame.cloud.size(), 0u);
-  EXPECT_FALSE(frame.T_world_sensor);
-  ASSERT_TRUE(frame.camera);
   EXPECT_EQ(frame.camera->fx, 2.0);
   EXPECT_EQ(sequence.calibration()->baseline, 0.1);
-
-  writeTumPoses(dir_ / "stereo/poses.txt", posesOf(2));
-  const Frame posed = Sequence({dir_ / "stereo"}).read(1);
-  EXPECT_EQ(posed.timestamp, 11.0);
-  EXPECT_EQ(posed.T_world_sensor->translation().z(), 1.0);
+  EXPECT_EQ(frame.timestamp, 11.0);
+  EXPECT_EQ(frame.T_world_sensor->translation().z(), 1.0);
 }
 
 TEST_F(SequenceInputs, FrameWithASingleImageKeepsItsPlaceInTheSequence) {
-  addStereo("stereo");
-  writeTumPoses(dir_ / "stereo/poses.txt", posesOf(3));
-  writeImage(dir_ / "stereo/left/000002.png", grayImage(4, 12));
-  const Sequence no_right({dir_ / "stereo"});
+  add(kPairs + Files{{"pairs/poses.txt", posesOf(3)}, {"pairs/left/2.png", "@image"}});
+  const Sequence no_right({path("pairs")});
   ASSERT_EQ(no_right.size(), 3u);
   EXPECT_NO_THROW(no_right.read(1));
-  EXPECT_THROW(no_right.read(2), IoError);
-  // What is known of it without its images.
-  EXPECT_EQ(no_right.describe(2).timestamp, 12.0);
-  EXPECT_EQ(no_right.describe(2).name, "000002.png");
-  EXPECT_THROW(no_right.describe(3), InputError);
-  expectProblem({dir_ / "stereo"}, "000002.png: has no right image of the same name");
+  EXPECT_EQ(no_right.describe(2).timestamp, 12.0);  // known without its images
+  expectProblem(path("pairs"), "2.png: has no right image of the same name");
+  add({{"pairs/left/2.png", "@none"}, {"pairs/right/2.png", "@image"}});
+  EXPECT_EQ(Sequence({path("pairs")}).size(), 3u);
+  expectProblem(path("pairs"), "left/2.png: no such file");
+}
 
-  fs::rename(dir_ / "stereo/left/000002.png", dir_ / "stereo/right/000002.png");
-  const Sequence no_left({dir_ / "stereo"});
-  ASSERT_EQ(no_left.size(), 3u);
-  expectProblem({dir_ / "stereo"}, "left/000002.png: no such file");
+TEST_F(SequenceInputs, CloudsThatCannotBeReadKeepTheirPlace) {
+  add(kScans + Files{{"scans/b.pcd", ""}});
+  const Sequence sequence({path("scans")});
+  ASSERT_EQ(3u, sequence.size());
+  EXPECT_EQ("b.pcd", sequence.describe(1).name);
 }
 
 TEST_F(SequenceInputs, PreferredKindIsTakenOfAFolderWithSeveral) {
-  addRgbd("all");
-  addStereo("pairs");
-  fs::rename(dir_ / "pairs/left", dir_ / "all/left");
-  fs::rename(dir_ / "pairs/right", dir_ / "all/right");
-  writeFileAtomically(dir_ / "all/calib.yaml", std::string(kCamera) + "baseline_m: 0.1\n",
-                      Overwrite::Allow);
+  add(kRgbd + Files{{"rgbd/left/0.png", "@image"}, {"rgbd/right/0.png", "@image"}});
+  add({{"rgbd/calib.yaml", kDepthCamera + "baseline_m: 0.1\n"}});
   SequenceOptions options;
-  EXPECT_EQ(Sequence({dir_ / "all"}, options).kind(), SequenceKind::Rgbd);
+  EXPECT_EQ(Sequence({path("rgbd")}, options).kind(), SequenceKind::Rgbd);
   options.preferred = SequenceKind::Stereo;
-  EXPECT_EQ(Sequence({dir_ / "all"}, options).kind(), SequenceKind::Stereo);
+  EXPECT_EQ(Sequence({path("rgbd")}, options).kind(), SequenceKind::Stereo);
   options.preferred = SequenceKind::Clouds;  // there are none
-  EXPECT_EQ(Sequence({dir_ / "all"}, options).kind(), SequenceKind::Rgbd);
+  EXPECT_EQ(Sequence({path("rgbd")}, options).kind(), SequenceKind::Rgbd);
 }
 
-TEST_F(SequenceInputs, SaysWhatIsWrongWithStereo) {
-  addStereo("a");
-  fs::remove_all(dir_ / "a/right");
-  expectProblem({dir_ / "a"}, "right: no such directory; a stereo sequence needs it");
-  folder("a/right");
-  expectProblem({dir_ / "a"},
-                "left/ (2 images) and right/ (0) have no file name or number in common");
-  fs::rename(dir_ / "a/left", dir_ / "a/links");
-  expectProblem({dir_ / "a"}, "has right/ but no left/");
-
-  addStereo("calibration");
-  writeFileAtomically(dir_ / "calibration/calib.yaml", kCamera, Overwrite::Allow);
-  expectProblem({dir_ / "calibration"}, "calib.yaml: has no key 'baseline_m'");
-  fs::remove(dir_ / "calibration/calib.yaml");
-  expectProblem({dir_ / "calibration"}, "calib.yaml: no such file; a stereo sequence needs it");
-
-  addStereo("sizes");
-  fs::remove(dir_ / "sizes/right/000001.png");
-  writeImage(dir_ / "sizes/right/000001.png", grayImage(5, 0));
-  expectProblem({dir_ / "sizes"}, "000001.png: is 5 x 3, its left image 4 x 3");
-  fs::remove(dir_ / "sizes/left/000001.png");
-  writeImage(dir_ / "sizes/left/000001.png", grayImage(5, 0));
-  expectProblem({dir_ / "sizes"}, "is 5 x 3, but its calibration says 4 x 3");
-
-  addStereo("twice");
-  fs::copy_file(dir_ / "twice/left/000000.png", dir_ / "twice/left/000000.jpg");
-  expectProblem({dir_ / "twice"}, "another image of this name");
+TEST_F(SequenceInputs, ImagesArePairedByTheNumbersInTheirNames) {
+  add({{"d/calib.yaml", kDepthCamera},
+       {"redwood/calib.yaml", kDepthCamera},
+       {"lr/calib.yaml", kPairCamera},
+       {"one/calib.yaml", kPairCamera},
+       {"one/left/cam0_0007.png", "@image"},
+       {"one/right/cam1_0007.png", "@image"}});
+  for (const std::string i : {"8", "9", "10"}) {
+    add({{"d/depth/depth_" + i + ".png", "@depth"},
+         {"d/rgb/rgb_00" + i + ".png", "@image"},
+         {"redwood/depth/" + i + "-0005" + i + ".png", "@depth"},
+         {"redwood/color/" + i + "-0001" + i + ".png", "@image"},
+         {"lr/left/left_" + i + ".png", "@image"},
+         {"lr/right/right_" + i + ".png", "@image"}});
+  }
+  EXPECT_EQ("rgb_0010.png", partnerOf("d", 2));
+  EXPECT_EQ("9-00019.png", partnerOf("redwood", 1));
+  EXPECT_EQ("right_8.png", partnerOf("lr", 0));
+  EXPECT_EQ("cam1_0007.png", partnerOf("one", 0));
 }
 
-TEST_F(SequenceInputs, PosesThatNobodyUsesNeedNotFitTheFrames) {
-  addClouds("scans");
-  writeTumPoses(dir_ / "scans/poses.txt", posesOf(2));
-  EXPECT_THROW(Sequence({dir_ / "scans"}), IoError);
+TEST_F(SequenceInputs, PosesMayBeTooFewWhereASequenceGrowsOrTheyAreNotUsed) {
+  add(kScans + Files{{"scans/poses.txt", posesOf(2)}});
+  expectProblem(path("scans"), "2 poses for 3 frames");
   SequenceOptions options;
   options.ignore_poses = true;
-  const Sequence sequence({dir_ / "scans"}, options);
+  const Sequence sequence({path("scans")}, options);
   EXPECT_EQ(sequence.size(), 3u);
   EXPECT_NE(sequence.poseSource(), PoseSource::File);
   ASSERT_EQ(sequence.notes().size(), 1u);
   EXPECT_NE(sequence.notes()[0].find("2 poses for 3 frames"), std::string::npos);
-}
-
-TEST_F(SequenceInputs, SaysWhatIsWrong) {
-  addClouds("scans");
-  EXPECT_THROW(Sequence(std::vector<std::string>{}), InputError);
-  expectProblem({dir_ / "missing"}, "no such file or directory");
-  expectProblem({dir_ / "scans/readme.txt"}, "neither a PCD nor a PLY file");
-  expectProblem({folder("empty")}, "holds neither PCD or PLY files nor a sequence");
-  writeTumPoses(dir_ / "poses.txt", posesOf(2));
-  expectProblem({dir_ / "scans"}, "2 poses for 3 frames", dir_ / "poses.txt");
-  expectProblem({dir_ / "scans"}, "no such file", dir_ / "nowhere.txt");
-
-  folder("bare");
-  writeFileAtomically(dir_ / "bare/calib.yaml", kCamera);
-  expectProblem({dir_ / "bare"}, "neither clouds/ nor depth/");
-  expectProblem({dir_ / "bare", dir_ / "scans"}, "must be the only input");
-  folder("no_clouds/clouds");
-  expectProblem({dir_ / "no_clouds"}, "holds no PCD or PLY files");
-  folder("no_calib/depth");
-  expectProblem({dir_ / "no_calib"}, "needs it");
+  options = SequenceOptions();
+  options.growing = true;
+  EXPECT_EQ(2u, Sequence({path("scans")}, options).size());
 }
 
 TEST_F(SequenceInputs, ColourOfTheSameShapeIsScaledToTheDepth) {
-  addRgbd("large_colour");
+  add(kRgbd);
   Image color{8, 6, 3, {}};
   for (int i = 0; i < 48; ++i) {
     const std::uint8_t value = i % 8 < 4 ? 40 : 80;
     color.pixels.insert(color.pixels.end(), {value, value, value});
   }
-  writeImage(dir_ / "large_colour/rgb/000000.png", color, Overwrite::Allow);
-  const Frame frame = Sequence({dir_ / "large_colour"}).read(0);
+  writeImage(path("rgbd/rgb/0.png"), color, Overwrite::Allow);
+  const Frame frame = Sequence({path("rgbd")}).read(0);
   EXPECT_EQ(frame.left.width, 4);
   EXPECT_EQ(frame.left.height, 3);
   EXPECT_EQ(frame.left.pixels[3], 40);
@@ -342,35 +248,95 @@ TEST_F(SequenceInputs, ColourOfTheSameShapeIsScaledToTheDepth) {
   EXPECT_EQ(frame.cloud.size(), 12u);
 }
 
-TEST_F(SequenceInputs, SaysWhatIsWrongWithRgbd) {
-  addRgbd("wide", 5);
-  expectProblem({dir_ / "wide"}, "5 x 3");
-  addRgbd("odd");
-  fs::rename(dir_ / "odd/rgb/000001.png", dir_ / "odd/rgb/000007.png");
-  expectProblem({dir_ / "odd"}, "000001.png: has no image of the same name in rgb/");
-  EXPECT_FALSE(Sequence({dir_ / "odd"}).read(0).left.empty());
-  EXPECT_EQ(Sequence({dir_ / "odd"}).read(1, CloudChannels::none(), false).cloud.size(), 12u);
-  fs::rename(dir_ / "odd/rgb/000000.png", dir_ / "odd/rgb/000008.png");
-  expectProblem({dir_ / "odd"}, "do not match by file name");
-  addRgbd("narrow_colour");
-  writeImage(dir_ / "narrow_colour/rgb/000002.png", grayImage(2, 0));
-  fs::rename(dir_ / "narrow_colour/rgb/000002.png", dir_ / "narrow_colour/rgb/000000.png");
-  expectProblem({dir_ / "narrow_colour"}, "is 2 x 3, another shape than its depth image");
-  addRgbd("gray");
-  fs::copy_file(dir_ / "gray/rgb/000000.png", dir_ / "gray/depth/000000.png",
-                fs::copy_options::overwrite_existing);
-  expectProblem({dir_ / "gray"}, "not gray of 16 bits");
-  addRgbd("arrays");
-  for (const int frame : {0, 1}) {
-    const std::string file = dir_ / ("arrays/depth/00000" + std::to_string(frame));
-    fs::rename(file + ".png", file + ".npy");
+TEST_F(SequenceInputs, ScansWithoutAHeaderAreToldByTheirNames) {
+  add({{"scan.bin", floats({1, 2, 3, 0.5f, 4, 5, 6, 0.25f})},
+       {"scan.pcd.bin", floats({1, 2, 3, 0.5f, 7, 4, 5, 6, 0.25f, 8})},
+       {"odd.bin", "0123456789"},
+       {"scan.dat", std::string(160, '\0')},
+       {"empty.bin", ""}});
+  for (const char* name : {"scan.bin", "scan.pcd.bin"}) {
+    const CloudData cloud = readCloudFile(path(name));
+    ASSERT_EQ(2u, cloud.size()) << name;
+    EXPECT_EQ(Vector3(4, 5, 6), cloud.view().point(1));
+    EXPECT_EQ(0.25f, cloud.intensities[1]);
   }
-  expectProblem({dir_ / "arrays"}, "written as PNG of 16 bits, metres times depth_scale");
-  addRgbd("scale");
-  std::string calibration = kCamera;
-  calibration.resize(calibration.find("depth_scale"));
-  writeFileAtomically(dir_ / "scale/calib.yaml", calibration, Overwrite::Allow);
-  expectProblem({dir_ / "scale"}, "no key 'depth_scale'");
+  EXPECT_EQ(5u, readCloudFileInfo(path("scan.pcd.bin")).fields.size());
+  expectProblem(path("odd.bin"), "its size is no multiple of 16 bytes");
+  expectProblem(path("scan.dat"), "neither a PCD nor a PLY file");
+  expectProblem(path("empty.bin"), "is empty");
+}
+
+TEST_F(SequenceInputs, CloudsOfAnotherUnitAreScaledWithTheirViewpoint) {
+  add(kScans);
+  SequenceOptions options;
+  options.scale = 0.001;
+  const Frame frame = Sequence({path("scans/c.pcd")}, options).read(0);
+  EXPECT_FLOAT_EQ(0.003f, frame.cloud.xyz[0]);
+  EXPECT_DOUBLE_EQ(0.003, frame.T_world_sensor->translation().x());
+}
+
+TEST_F(SequenceInputs, SaysWhatIsWrong) {
+  struct Case {
+    Files files;
+    const char* input;
+    const char* sentence;
+  };
+  std::string no_scale = kDepthCamera;
+  no_scale.resize(no_scale.find("depth_scale"));
+  const Case problems[] = {
+      {{}, "missing", "no such file or directory"},
+      {kScans, "scans/readme.txt", "neither a PCD nor a PLY file"},
+      {{{"empty/.hidden", ""}}, "empty", "holds neither PCD or PLY files nor a sequence"},
+      {{{"bare/calib.yaml", kDepthCamera}}, "bare", "neither clouds/ nor depth/"},
+      {{{"run/clouds/notes.txt", ""}}, "run", "holds no PCD or PLY files"},
+      {{{"far/0.pcd", cloudAt("1e30")}}, "far/0.pcd", "0.pcd: its pose is farther than 1e9 m"},
+      {kPairs + Files{{"pairs/right", "@none"}}, "pairs", "right: no such directory"},
+      {kPairs + Files{{"pairs/left", "@none"}}, "pairs", "has right/ but no left/"},
+      {kPairs + Files{{"pairs/right", "@none"}, {"pairs/right/a.png", "@image"}}, "pairs",
+       "left/ (2 images) and right/ (1) have no file name or number in common"},
+      {kPairs + Files{{"pairs/calib.yaml", kDepthCamera}}, "pairs", "has no key 'baseline_m'"},
+      {kPairs + Files{{"pairs/calib.yaml", "@none"}}, "pairs", "fx, fy, cx, cy, baseline_m"},
+      {kPairs + Files{{"pairs/left/0.jpg", "@image"}}, "pairs", "another image of this name"},
+      {kRgbd + Files{{"rgbd/calib.yaml", no_scale}}, "rgbd", "no key 'depth_scale'"},
+      {kRgbd + Files{{"rgbd/calib.yaml", "@none"}}, "rgbd", "fx, fy, cx, cy, depth_scale"},
+      {kRgbd + Files{{"rgbd/depth/0.png", "@image"}}, "rgbd", "not gray of 16 bits"},
+      {kRgbd + Files{{"rgbd/rgb/1.png", "@none"}}, "rgbd", "1.png: has no image of the same name"},
+      {kRgbd + Files{{"rgbd/rgb", "@none"}, {"rgbd/rgb/a.png", "@image"}}, "rgbd",
+       "depth/ (2 images) and rgb/ (1) have no file name or number in common"},
+      {kRgbd + Files{{"rgbd/depth", "@none"}, {"rgbd/depth/0.npy", ""}}, "rgbd",
+       "written as PNG of 16 bits, metres times depth_scale"},
+      {{{"one/left_0.png", "@image"}, {"one/right_0.png", "@image"}},
+       "one",
+       "left_0.png and right_0.png are a pair"},
+      {{{"r3d/metadata", "{}"}, {"r3d/rgbd/0.depth", "bvx"}},
+       "r3d",
+       "write them as PNG images of 16 bits"},
+      {{{"tartan/depth_left/0.npy", ""}}, "tartan", "write depth_left/*.npy (metres) as PNG"},
+      {{{"room0/results/depth0.png", "@depth"}, {"room0/traj.txt", ""}},
+       "room0",
+       "move results/depth*.png to depth/"}};
+  for (const Case& c : problems) {
+    fs::remove_all(dir_.path());
+    add(c.files);
+    expectProblem(path(c.input), c.sentence);
+  }
+  add(kRgbd + kPairs + kScans + Files{{"two_poses.txt", posesOf(2)}});
+  EXPECT_NE(std::string::npos,
+            problemOf({path("rgbd"), path("scans")}).find("must be the only input"));
+  SequenceOptions options;
+  options.poses_file = path("two_poses.txt");
+  expectProblem(path("scans"), "2 poses for 3 frames", options);
+  options.poses_file = path("nowhere.txt");
+  expectProblem(path("scans"), "no such file", options);
+  addImage("rgbd/rgb/0.png", 2, 3, 0);
+  expectProblem(path("rgbd"), "is 2 x 3, another shape than its depth image");
+  addImage("pairs/right/1.png", 5, 3, 0);
+  expectProblem(path("pairs"), "1.png: is 5 x 3, its left image 4 x 3");
+  addImage("pairs/left/1.png", 5, 3, 0);
+  expectProblem(path("pairs"), "is 5 x 3, but its calibration says 4 x 3");
+  writeDepthPng(path("rgbd/depth/0.png"), DepthImage{5, 3, std::vector<std::uint16_t>(15, 1)},
+                Overwrite::Allow);
+  expectProblem(path("rgbd"), "5 x 3");
 }
 
 TEST_F(SequenceInputs, RealSequencesOpenAndRead) {

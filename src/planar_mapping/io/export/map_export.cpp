@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"
 

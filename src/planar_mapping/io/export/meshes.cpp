@@ -1,212 +1,246 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+// Cuboids as a mesh: PLY, OBJ, STL, glTF 2.0 in one file; VTP with a quad for each face.
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "planar_mapping/io/export/exported_map.h"
 
-// Cuboids as triangles: PLY, OBJ, STL; glTF 2.0 in one file, a mesh for each plane, y up.
 namespace planar_mapping::io {
+namespace {
+
+/// Triangles of some cuboids.
+struct Mesh {
+  std::vector<Vector3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  void add(const Cuboid& cuboid) {
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    for (const Vector3& corner : corners(cuboid)) vertices.push_back(corner);
+    for (const auto& t : kTriangles)
+      triangles.push_back({first + static_cast<std::uint32_t>(t[0]),
+                           first + static_cast<std::uint32_t>(t[1]),
+                           first + static_cast<std::uint32_t>(t[2])});
+  }
+};
+
+Mesh meshOf(const ExportedMap& map) {
+  Mesh mesh;
+  for (const Cuboid& cuboid : map.cuboids) mesh.add(cuboid);
+  return mesh;
+}
+
+/// A mesh for each plane, one for the rest and one for unknown space.
+struct Group {
+  Colour colour;
+  Mesh mesh;
+};
+std::map<std::string, Group> groupsOf(const ExportedMap& map) {
+  std::map<std::string, Group> groups;
+  for (const Cuboid& cuboid : map.cuboids)
+    groups.try_emplace(groupOf(cuboid), Group{colourOf(cuboid), {}}).first->second.mesh.add(cuboid);
+  return groups;
+}
+
+}  // namespace
 
 Contents writePly(const ExportedMap& map, const std::string&) {
-  const std::size_t count = map.cuboids.size();
+  const Mesh mesh = meshOf(map);
   std::string out = concatenated(
       "ply\nformat binary_little_endian 1.0\ncomment planar_mapping, metres\n",
-      originNote(map, "comment ", "\n"), "element vertex ", 8 * count,
+      originNote(map, "comment ", "\n"), "element vertex ", mesh.vertices.size(),
       "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar "
       "green\nproperty uchar blue\nelement face ",
-      12 * count, "\nproperty list uchar int vertex_indices\nend_header\n");
-  out.reserve(out.size() + count * (8 * 15 + 12 * 13));
-  for (const Cuboid& cuboid : map.cuboids) {
-    const Colour colour = colourOf(cuboid);
-    for (const Vector3& corner : corners(cuboid)) {
-      appendFloats(out, corner);
-      for (const int part : {colour.red, colour.green, colour.blue}) out += static_cast<char>(part);
-    }
+      mesh.triangles.size(), "\nproperty list uchar int vertex_indices\nend_header\n");
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Colour colour = colourOf(map.cuboids[i / 8]);
+    appendFloats(out, mesh.vertices[i]);
+    for (const int part : {colour.red, colour.green, colour.blue}) out += static_cast<char>(part);
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    for (const auto& triangle : kTriangles) {
-      out += '\3';
-      for (const int k : triangle) appendBytes(out, static_cast<std::int32_t>(8 * i) + k);
-    }
+  for (const auto& triangle : mesh.triangles) {
+    out += '\3';
+    for (const std::uint32_t k : triangle) appendBytes(out, k);
   }
   return {std::move(out)};
 }
 
 Contents writeObj(const ExportedMap& map, const std::string& path) {
-  std::map<std::string, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i) groups[groupOf(map.cuboids[i])].push_back(i);
   std::string out = "# planar_mapping, metres\n" + originNote(map, "# ", "\n") + "mtllib " +
                     stemOf(path) + ".mtl\n";
   std::string materials = "# planar_mapping\n";
   std::size_t first = 1;  // vertices count from 1
-  for (const auto& [name, members] : groups) {
-    const Colour colour = colourOf(map.cuboids[members.front()]);
+  for (const auto& [name, group] : groupsOf(map)) {
     append(materials, "newmtl ", name, "\nKd ",
-           listOf(Vector3(colour.red, colour.green, colour.blue) / 255.0), "\nd ", colour.alpha,
-           "\nillum 1\n");
+           listOf(Vector3(group.colour.red, group.colour.green, group.colour.blue) / 255.0), "\nd ",
+           group.colour.alpha, "\nillum 1\n");
     append(out, "o ", name, "\nusemtl ", name, '\n');
-    for (const std::size_t i : members) {
-      for (const Vector3& corner : corners(map.cuboids[i])) append(out, "v ", listOf(corner), '\n');
-    }
-    for (std::size_t i = 0; i < members.size(); ++i, first += 8) {
-      for (const auto& triangle : kTriangles) {
-        out += 'f';
-        for (const int k : triangle) append(out, ' ', first + static_cast<std::size_t>(k));
-        out += '\n';
-      }
-    }
+    for (const Vector3& vertex : group.mesh.vertices) append(out, "v ", listOf(vertex), '\n');
+    for (const auto& [a, b, c] : group.mesh.triangles)
+      append(out, "f ", first + a, ' ', first + b, ' ', first + c, '\n');
+    first += group.mesh.vertices.size();
   }
   return {std::move(out), std::move(materials)};
 }
 
 Contents writeStl(const ExportedMap& map, const std::string&) {
+  const Mesh mesh = meshOf(map);
   // Must not begin with "solid".
   std::string out = "planar_mapping, binary, metres" + originNote(map, ", ", "");
   out.resize(80, ' ');
-  appendBytes(out, static_cast<std::uint32_t>(12 * map.cuboids.size()));
-  out.reserve(out.size() + map.cuboids.size() * 12 * 50);
-  for (const Cuboid& cuboid : map.cuboids) {
-    const std::array<Vector3, 8> corner = corners(cuboid);
-    for (const auto& t : kTriangles) {
-      const Vector3& a = corner[static_cast<std::size_t>(t[0])];
-      const Vector3& b = corner[static_cast<std::size_t>(t[1])];
-      const Vector3& c = corner[static_cast<std::size_t>(t[2])];
-      appendFloats(out, Vector3((b - a).cross(c - a).normalized()));
-      for (const Vector3* p : {&a, &b, &c}) appendFloats(out, *p);
-      out.append(2, '\0');
+  appendBytes(out, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const Vector3 &a = mesh.vertices[i], &b = mesh.vertices[j], &c = mesh.vertices[k];
+    appendFloats(out, Vector3((b - a).cross(c - a).normalized()));
+    for (const Vector3* p : {&a, &b, &c}) appendFloats(out, *p);
+    out.append(2, '\0');
+  }
+  return {std::move(out)};
+}
+
+Contents writeGlb(const ExportedMap& map, const std::string&) {
+  using Json = nlohmann::ordered_json;
+  constexpr int kFloat = 5126, kUnsignedInt = 5125;   // componentType
+  constexpr int kVertices = 34962, kIndices = 34963;  // target
+  const auto list = [](const auto& v) { return Json(std::vector<double>(v.begin(), v.end())); };
+  // Colours of glTF are linear, those of a screen are not.
+  const auto linear = [](int part) { return std::pow(part / 255.0, 2.2); };
+
+  // Vertices are floats: they are relative to the middle of the map, which nodes carry as doubles.
+  // Whole metres: no rounding where the map is near its origin.
+  Vector3 middle = Vector3::Zero();
+  for (const Cuboid& cuboid : map.cuboids)
+    middle += cuboid.center / static_cast<double>(map.cuboids.size());
+  middle = middle.array().round();
+
+  const Quaternion turn = turning(map.up, Vector3::UnitY());
+  Json json = Json::parse(
+      R"({"asset":{"version":"2.0","generator":"planar_mapping"},"scene":0,"scenes":[{"nodes":[0]}],
+          "nodes":[{"name":"planar_map"}]})");
+  json["nodes"][0]["rotation"] = {turn.x(), turn.y(), turn.z(), turn.w()};
+  if (!map.origin.isZero(0.0)) json["nodes"][0]["extras"]["origin_m"] = list(map.origin);
+  std::string buffer;
+  const auto addView = [&](int target, int type, const char* shape, std::size_t count,
+                           std::size_t start) {
+    json["bufferViews"].push_back({{"buffer", 0},
+                                   {"byteOffset", start},
+                                   {"byteLength", buffer.size() - start},
+                                   {"target", target}});
+    json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
+                                 {"componentType", type},
+                                 {"count", count},
+                                 {"type", shape}});
+  };
+  std::size_t number = 0;
+  for (const auto& [name, group] : groupsOf(map)) {
+    std::size_t start = buffer.size();
+    Eigen::Vector3f low = Eigen::Vector3f::Constant(INFINITY), high = -low;
+    for (const Vector3& vertex : group.mesh.vertices) {
+      const Eigen::Vector3f p = (vertex - middle).cast<float>();
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+      appendFloats(buffer, p.cast<double>());
     }
+    addView(kVertices, kFloat, "VEC3", group.mesh.vertices.size(), start);
+    json["accessors"].back()["min"] = list(low);
+    json["accessors"].back()["max"] = list(high);
+    start = buffer.size();
+    for (const auto& triangle : group.mesh.triangles)
+      for (const std::uint32_t k : triangle) appendBytes(buffer, k);
+    addView(kIndices, kUnsignedInt, "SCALAR", 3 * group.mesh.triangles.size(), start);
+    const Json primitive = {{"attributes", {{"POSITION", 2 * number}}},
+                            {"indices", 2 * number + 1},
+                            {"material", number}};
+    json["meshes"].push_back({{"name", name}, {"primitives", Json::array({primitive})}});
+    json["nodes"].push_back({{"name", name}, {"mesh", number}, {"translation", list(middle)}});
+    json["nodes"][0]["children"].push_back(++number);
+    const Colour& c = group.colour;
+    const Json look = {
+        {"baseColorFactor", {linear(c.red), linear(c.green), linear(c.blue), c.alpha}},
+        {"metallicFactor", 0},
+        {"roughnessFactor", 0.9}};
+    json["materials"].push_back({{"name", name}, {"pbrMetallicRoughness", look}});
+    if (c.alpha < 1.0) json["materials"].back()["alphaMode"] = "BLEND";
+  }
+  if (!buffer.empty()) json["buffers"].push_back({{"byteLength", buffer.size()}});
+
+  std::string text = json.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string out = "glTF";
+  appendBytes(out, std::uint32_t{2});
+  appendBytes(out, static_cast<std::uint32_t>(12 + 8 + text.size() +
+                                              (buffer.empty() ? 0 : 8 + buffer.size())));
+  appendBytes(out, static_cast<std::uint32_t>(text.size()));
+  out += "JSON" + text;
+  if (!buffer.empty()) {
+    appendBytes(out, static_cast<std::uint32_t>(buffer.size()));
+    out.append("BIN\0", 4);
+    out += buffer;
   }
   return {std::move(out)};
 }
 
 namespace {
 
-constexpr int kFloat = 5126, kUnsignedInt = 5125;
-constexpr int kVertices = 34962, kIndices = 34963;
-
-/// Colours of glTF are linear, those of a screen are not.
-double linear(int part) {
-  return std::pow(part / 255.0, 2.2);
+/// One <DataArray>; append(cuboid, its number) writes its values.
+template <typename Append>
+void appendArray(std::string& out, const ExportedMap& map, const std::string& attributes,
+                 Append&& append) {
+  out += "<DataArray " + attributes + " format=\"ascii\">\n";
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i) append(map.cuboids[i], i);
+  out += "</DataArray>\n";
 }
 
-/// A piece of the buffer, and what is in it.
-struct Part {
-  std::size_t offset, bytes;
-  int target, type;
-  std::size_t count;
-  const char* shape;
-  std::string limits;
-};
-
-class Model {
- public:
-  /// Vertices are floats: they are relative to the origin, which the node carries as doubles.
-  void add(const std::string& name, const std::vector<const Cuboid*>& cuboids,
-           const Vector3& origin) {
-    const Colour colour = colourOf(*cuboids.front());
-    const std::size_t start = buffer_.size();
-    Eigen::Vector3f low = Eigen::Vector3f::Constant(INFINITY), high = -low;
-    for (const Cuboid* cuboid : cuboids) {
-      for (const Vector3& corner : corners(*cuboid)) {
-        const Eigen::Vector3f p = (corner - origin).cast<float>();
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-        appendFloats(buffer_, p.cast<double>());
-      }
-    }
-    parts_.push_back({start, buffer_.size() - start, kVertices, kFloat, 8 * cuboids.size(), "VEC3",
-                      concatenated(",\"min\":[", listOf(Vector3(low.cast<double>()), ","),
-                                   "],\"max\":[", listOf(Vector3(high.cast<double>()), ","), ']')});
-    const std::size_t indices = buffer_.size();
-    for (std::size_t i = 0; i < cuboids.size(); ++i) {
-      for (const auto& triangle : kTriangles) {
-        for (const int k : triangle)
-          appendBytes(buffer_, static_cast<std::uint32_t>(8 * i) + static_cast<std::uint32_t>(k));
-      }
-    }
-    parts_.push_back({indices, buffer_.size() - indices, kIndices, kUnsignedInt,
-                      36 * cuboids.size(), "SCALAR", ""});
-    const int number = meshes_++;
-    const char* comma = number > 0 ? "," : "";
-    append(mesh_text_, comma, "{\"name\":\"", name,
-           "\",\"primitives\":[{\"attributes\":{\"POSITION\":", parts_.size() - 2,
-           "},\"indices\":", parts_.size() - 1, ",\"material\":", number, "}]}");
-    append(node_text_, ",{\"name\":\"", name, "\",\"mesh\":", number, ",\"translation\":[",
-           listOf(origin, ","), "]}");
-    append(
-        material_text_, comma, "{\"name\":\"", name,
-        "\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[",
-        NumberList{
-            4, ",", {linear(colour.red), linear(colour.green), linear(colour.blue), colour.alpha}},
-        "],\"metallicFactor\":0,\"roughnessFactor\":0.9}",
-        colour.alpha < 1.0 ? ",\"alphaMode\":\"BLEND\"" : "", '}');
-  }
-
-  /// \param turn from the axes of the map to y up
-  /// \param origin of the map
-  std::string bytes(const Quaternion& turn, const Vector3& origin) const {
-    std::string json =
-        "{\"asset\":{\"version\":\"2.0\",\"generator\":\"planar_mapping\"},\"scene\":0,\"scenes\":"
-        "[{\"nodes\":[0]}],\"nodes\":[{\"name\":\"planar_map\",\"rotation\":[";
-    append(json, listOf(turn, ","), ']');
-    if (!origin.isZero(0.0)) append(json, ",\"extras\":{\"origin_m\":[", listOf(origin, ","), "]}");
-    if (meshes_ > 0) json += ",\"children\":[";
-    for (int i = 1; i <= meshes_; ++i) append(json, i > 1 ? "," : "", i);
-    if (meshes_ > 0) json += ']';
-    append(json, '}', node_text_, ']');
-    if (meshes_ > 0) {
-      append(json, ",\"meshes\":[", mesh_text_, "],\"materials\":[", material_text_,
-             "],\"buffers\":[{\"byteLength\":", buffer_.size(), "}]");
-      std::string views, accessors;
-      for (std::size_t i = 0; i < parts_.size(); ++i) {
-        const Part& part = parts_[i];
-        const char* comma = i > 0 ? "," : "";
-        append(views, comma, "{\"buffer\":0,\"byteOffset\":", part.offset,
-               ",\"byteLength\":", part.bytes, ",\"target\":", part.target, '}');
-        append(accessors, comma, "{\"bufferView\":", i, ",\"componentType\":", part.type,
-               ",\"count\":", part.count, ",\"type\":\"", part.shape, '"', part.limits, '}');
-      }
-      append(json, ",\"bufferViews\":[", views, "],\"accessors\":[", accessors, ']');
-    }
-    json += '}';
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    std::string out = "glTF";
-    const std::size_t chunk = meshes_ > 0 ? 8 + buffer_.size() : 0;
-    appendBytes(out, std::uint32_t{2});
-    appendBytes(out, static_cast<std::uint32_t>(12 + 8 + json.size() + chunk));
-    appendBytes(out, static_cast<std::uint32_t>(json.size()));
-    out += "JSON" + json;
-    if (meshes_ > 0) {
-      appendBytes(out, static_cast<std::uint32_t>(buffer_.size()));
-      out.append("BIN\0", 4);
-      out += buffer_;
-    }
-    return out;
-  }
-
- private:
-  std::string buffer_;
-  std::vector<Part> parts_;
-  int meshes_ = 0;
-  std::string mesh_text_, node_text_, material_text_;
-};
+/// The same value for the six faces of a cuboid.
+template <typename ValueOf>
+void appendCellArray(std::string& out, const ExportedMap& map, const std::string& type,
+                     const std::string& name, const ValueOf& valueOf) {
+  appendArray(out, map, "type=\"" + type + "\" Name=\"" + name + "\"",
+              [&](const Cuboid& cuboid, std::size_t i) {
+                const std::string value = concatenated(valueOf(cuboid, i));
+                for (int face = 0; face < 6; ++face) (out += value) += face < 5 ? ' ' : '\n';
+              });
+}
 
 }  // namespace
 
-Contents writeGlb(const ExportedMap& map, const std::string&) {
-  std::map<std::string, std::vector<const Cuboid*>> groups;
-  Vector3 sum = Vector3::Zero();
-  for (const Cuboid& cuboid : map.cuboids) {
-    groups[groupOf(cuboid)].push_back(&cuboid);
-    sum += cuboid.center;
-  }
-  // Whole metres: no rounding where the map is near its origin.
-  const double count = std::max<double>(1.0, static_cast<double>(map.cuboids.size()));
-  const Vector3 origin = (sum / count).array().round();
-  Model model;
-  for (const auto& [name, cuboids] : groups) model.add(name, cuboids, origin);
-  return {model.bytes(turning(map.up, Vector3::UnitY()), map.origin)};
+Contents writeVtp(const ExportedMap& map, const std::string&) {
+  const std::size_t count = map.cuboids.size();
+  std::string out = concatenated(
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n<DataArray "
+      "type=\"Float64\" Name=\"origin_m\" NumberOfComponents=\"3\" NumberOfTuples=\"1\" "
+      "format=\"ascii\">",
+      listOf(map.origin), "</DataArray>\n</FieldData>\n<Piece NumberOfPoints=\"", 8 * count,
+      "\" NumberOfPolys=\"", 6 * count,
+      "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\">\n<Points>\n");
+  appendArray(out, map, "type=\"Float64\" NumberOfComponents=\"3\"",
+              [&](const Cuboid& cuboid, std::size_t) {
+                for (const Vector3& corner : corners(cuboid)) append(out, listOf(corner), '\n');
+              });
+  out += "</Points>\n<Polys>\n";
+  appendArray(out, map, "type=\"Int64\" Name=\"connectivity\"", [&](const Cuboid&, std::size_t i) {
+    for (const auto& face : kCuboidFaces) {
+      for (const int k : face) append(out, 8 * i + static_cast<std::size_t>(k), ' ');
+    }
+    out += '\n';
+  });
+  appendArray(out, map, "type=\"Int64\" Name=\"offsets\"", [&](const Cuboid&, std::size_t i) {
+    for (std::size_t face = 1; face <= 6; ++face)
+      append(out, 24 * i + 4 * face, face < 6 ? ' ' : '\n');
+  });
+  out += "</Polys>\n<CellData Scalars=\"plane_id\">\n";
+  appendCellArray(out, map, "Int32", "cuboid_id", [](const Cuboid&, std::size_t i) { return i; });
+  appendCellArray(out, map, "Int32", "plane_id",
+                  [](const Cuboid& c, std::size_t) { return c.plane_id; });
+  appendCellArray(out, map, "Float32", "probability",
+                  [](const Cuboid& c, std::size_t) { return c.probability; });
+  appendCellArray(out, map, "UInt8", "state",
+                  [](const Cuboid& c, std::size_t) { return static_cast<int>(c.state); });
+  appendCellArray(out, map, "Float64\" NumberOfComponents=\"3", "size",
+                  [](const Cuboid& c, std::size_t) { return listOf(c.size); });
+  out += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
+  return {std::move(out)};
 }
 
 }  // namespace planar_mapping::io

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // OctoMap: .bt (free or occupied) and .ot (log-odds).
-#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/io/export/exported_map.h"
 
 #ifndef PLANAR_MAPPING_HAS_OCTOMAP
 

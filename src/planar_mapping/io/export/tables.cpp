@@ -1,36 +1,17 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// A row for each cuboid: CSV, VTP; a point for each, or many: PCD.
+// A row for each cuboid: CSV; a point for each, or many: PCD.
 #include <algorithm>
 #include <cmath>
 
-#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/io/export/exported_map.h"
 
 namespace planar_mapping::io {
 namespace {
 
+/// Of a file: 1.5 GB.
 constexpr std::size_t kMaxPoints = 50'000'000;
-
-/// One <DataArray>; append(cuboid, its number) writes its values.
-template <typename Append>
-void appendArray(std::string& out, const ExportedMap& map, const std::string& attributes,
-                 Append&& append) {
-  out += "<DataArray " + attributes + " format=\"ascii\">\n";
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i) append(map.cuboids[i], i);
-  out += "</DataArray>\n";
-}
-
-/// The same value for the six faces of a cuboid.
-template <typename ValueOf>
-void appendCellArray(std::string& out, const ExportedMap& map, const std::string& type,
-                     const std::string& name, const ValueOf& valueOf) {
-  appendArray(out, map, "type=\"" + type + "\" Name=\"" + name + "\"",
-              [&](const Cuboid& cuboid, std::size_t i) {
-                const std::string value = concatenated(valueOf(cuboid, i));
-                for (int face = 0; face < 6; ++face) (out += value) += face < 5 ? ' ' : '\n';
-              });
-}
 
 }  // namespace
 
@@ -45,45 +26,6 @@ Contents writeCsv(const ExportedMap& map, const std::string&) {
            c.plane_id, ',', listOf(c.center, ","), ',', listOf(c.size, ","), ',',
            listOf(c.orientation, ","), ',', axes, '\n');
   }
-  return {std::move(out)};
-}
-
-Contents writeVtp(const ExportedMap& map, const std::string&) {
-  const std::size_t count = map.cuboids.size();
-  std::string out = concatenated(
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
-      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n<DataArray "
-      "type=\"Float64\" Name=\"origin_m\" NumberOfComponents=\"3\" NumberOfTuples=\"1\" "
-      "format=\"ascii\">",
-      listOf(map.origin), "</DataArray>\n</FieldData>\n<Piece NumberOfPoints=\"", 8 * count,
-      "\" NumberOfPolys=\"", 6 * count,
-      "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\">\n<Points>\n");
-  appendArray(out, map, "type=\"Float64\" NumberOfComponents=\"3\"",
-              [&](const Cuboid& cuboid, std::size_t) {
-                for (const Vector3& corner : corners(cuboid)) append(out, listOf(corner), '\n');
-              });
-  out += "</Points>\n<Polys>\n";
-  appendArray(out, map, "type=\"Int64\" Name=\"connectivity\"", [&](const Cuboid&, std::size_t i) {
-    for (const auto& face : kCuboidFaces) {
-      for (const int k : face) append(out, 8 * i + static_cast<std::size_t>(k), ' ');
-    }
-    out += '\n';
-  });
-  appendArray(out, map, "type=\"Int64\" Name=\"offsets\"", [&](const Cuboid&, std::size_t i) {
-    for (std::size_t face = 1; face <= 6; ++face)
-      append(out, 24 * i + 4 * face, face < 6 ? ' ' : '\n');
-  });
-  out += "</Polys>\n<CellData Scalars=\"plane_id\">\n";
-  appendCellArray(out, map, "Int32", "cuboid_id", [](const Cuboid&, std::size_t i) { return i; });
-  appendCellArray(out, map, "Int32", "plane_id",
-                  [](const Cuboid& c, std::size_t) { return c.plane_id; });
-  appendCellArray(out, map, "Float32", "probability",
-                  [](const Cuboid& c, std::size_t) { return c.probability; });
-  appendCellArray(out, map, "UInt8", "state",
-                  [](const Cuboid& c, std::size_t) { return static_cast<int>(c.state); });
-  appendCellArray(out, map, "Float64\" NumberOfComponents=\"3", "size",
-                  [](const Cuboid& c, std::size_t) { return listOf(c.size); });
-  out += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
   return {std::move(out)};
 }
 

@@ -28,18 +28,23 @@ bool isDigit(const std::string& text, std::size_t at) {
   return at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0;
 }
 
+/// The digits from \p at on without leading zeros; \p at moves behind them.
+std::string_view takeNumber(const std::string& text, std::size_t& at) {
+  while (text[at] == '0' && isDigit(text, at + 1)) ++at;
+  const std::size_t first = at;
+  while (isDigit(text, at)) ++at;
+  return std::string_view(text).substr(first, at - first);
+}
+
 /// The whole numbers in a name, without leading zeros.
 std::vector<std::string> wholeNumbersIn(const std::string& name) {
   std::vector<std::string> numbers;
   for (std::size_t i = 0; i < name.size(); ++i) {
     if (!isDigit(name, i)) continue;
-    std::size_t end = i;
-    while (isDigit(name, end)) ++end;
-    const bool has_fraction = end < name.size() && name[end] == '.' && isDigit(name, end + 1);
     const bool is_fraction = i > 1 && name[i - 1] == '.' && isDigit(name, i - 2);
-    while (i + 1 < end && name[i] == '0') ++i;
-    if (!has_fraction && !is_fraction) numbers.push_back(name.substr(i, end - i));
-    i = end;
+    const std::string number(takeNumber(name, i));
+    const bool has_fraction = i < name.size() && name[i] == '.' && isDigit(name, i + 1);
+    if (!has_fraction && !is_fraction) numbers.push_back(number);
   }
   return numbers;
 }
@@ -70,11 +75,12 @@ std::size_t countCommon(const FilesByName& first, const FilesByName& second) {
   return common;
 }
 
-}  // namespace
-
+/// Whether this many names in common are most of what could be.
 bool areMost(std::size_t common, const FilesByName& first, const FilesByName& second) {
   return common > 0 && 2 * common >= std::min(first.size(), second.size());
 }
+
+}  // namespace
 
 std::size_t matchNames(FilesByName& first, FilesByName& second) {
   const std::size_t same = countCommon(first, second);
@@ -93,14 +99,7 @@ bool NameOrder::operator()(const std::string& a, const std::string& b) const {
     const bool is_fraction =
         i > 0 && (isDigit(a, i - 1) || (i > 1 && a[i - 1] == '.' && isDigit(a, i - 2)));
     if (isDigit(a, i) && isDigit(b, k) && !is_fraction) {
-      const auto digits = [](const std::string& text, std::size_t& at) {
-        while (text[at] == '0' && isDigit(text, at + 1)) ++at;
-        const std::size_t first = at;
-        while (isDigit(text, at)) ++at;
-        return std::string_view(text).substr(first, at - first);
-      };
-      const std::string_view x = digits(a, i);
-      const std::string_view y = digits(b, k);
+      const std::string_view x = takeNumber(a, i), y = takeNumber(b, k);
       if (x.size() != y.size()) return x.size() < y.size();
       if (x != y) return x < y;
     }
@@ -194,14 +193,11 @@ std::vector<std::string> depthFilesOf(const std::string& folder) {
 FilesByName byName(const std::vector<std::string>& files) {
   FilesByName named;
   for (const std::string& file : files) {
-    if (!named.emplace(stemOf(file), file).second)
-      throw IoError(file, "another image of this name stands beside it");
+    const std::size_t before = named.size();
+    named.emplace_hint(named.end(), stemOf(file), file);  // they are in order
+    if (named.size() == before) throw IoError(file, "another image of this name stands beside it");
   }
   return named;
-}
-
-FilesByName imagesByName(const std::string& folder) {
-  return byName(imageFilesOf(folder));
 }
 
 std::string fileOf(const FilesByName& files, const std::string& name) {

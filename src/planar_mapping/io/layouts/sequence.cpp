@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <iterator>
 
-#include "planar_mapping/io/layouts/layout.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/depth_image.h"
+#include "planar_mapping/io/layouts/layout.h"
 
 namespace planar_mapping::io {
 namespace {
@@ -95,22 +95,10 @@ std::vector<std::uint32_t> packedColors(const Image& image) {
   return colors;
 }
 
-/// Keeps what a telephone is sure of: the rest is smoothed over edges and stands in free space.
-void dropUncertain(const std::string& path, DepthImage& depth) {
-  constexpr std::uint8_t kSure = 2;
-  const Image confidence = toGray(readImage(path));
-  if (confidence.width != static_cast<int>(depth.width) ||
-      confidence.height != static_cast<int>(depth.height)) {
-    throw IoError(path, "is " + sizeText(confidence) + ", its depth image is not");
-  }
-  for (std::size_t i = 0; i < depth.values.size(); ++i)
-    if (confidence.pixels[i] < kSure) depth.values[i] = 0;
-}
-
 }  // namespace
 
 struct Sequence::Impl {
-  layouts::Description sequence{"cloud files", SequenceKind::Clouds};
+  layouts::Description sequence{"cloud files"};
   SequenceOptions options;
   std::optional<DepthProjector> projector;
   std::optional<Undistorter> undistorter;
@@ -153,7 +141,6 @@ struct Sequence::Impl {
     const PinholeCamera& camera = sequence.calibration->camera;
     try {
       DepthImage depth = readDepthPng(path);
-      if (!entry.confidence.empty()) dropUncertain(entry.confidence, depth);
       if (undistorter) depth = undistorter->undistorted(depth);
       projector->project(depth, frame.cloud);
     } catch (const InputError& error) {
@@ -213,8 +200,9 @@ Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions
     if (calibration.distortion)
       impl_->undistorter.emplace(calibration.camera, *calibration.distortion);
   }
-  if (!options.poses_file.empty()) layouts::addPoses(options.poses_file, options, sequence);
-  if (sequence.drops_unpaired) layouts::dropUnpaired(sequence);
+  if (!options.poses_file.empty())
+    layouts::addPoses(options.poses_file, readTrajectory(options.poses_file),
+                      layouts::PosesBy::Line, Pose::Identity(), options, sequence);
 }
 
 Sequence::~Sequence() = default;
@@ -248,9 +236,8 @@ const std::string& Sequence::path(std::size_t index) const {
 
 std::vector<std::string> Sequence::files(std::size_t index) const {
   std::vector<std::string> files = {path(index)};
-  const layouts::FrameEntry& entry = impl_->sequence.frames[index];
-  for (const std::string& other : {entry.partner, entry.confidence})
-    if (!other.empty()) files.push_back(other);
+  const std::string& partner = impl_->sequence.frames[index].partner;
+  if (!partner.empty()) files.push_back(partner);
   return files;
 }
 
@@ -277,6 +264,7 @@ Frame Sequence::read(std::size_t index, const CloudChannels& channels, bool imag
       break;
     case SequenceKind::Clouds:
       frame.cloud = readCloudFile(entry.file, channels);
+      if (impl_->options.scale != 1.0) scaleCloud(frame.cloud, impl_->options.scale);
       // The calibration speaks of organized clouds of its own size only.
       if (frame.camera && (frame.cloud.width != static_cast<std::uint32_t>(frame.camera->width) ||
                            frame.cloud.height != static_cast<std::uint32_t>(frame.camera->height)))
@@ -288,6 +276,10 @@ Frame Sequence::read(std::size_t index, const CloudChannels& channels, bool imag
   } else if (frame.T_world_sensor) {
     frame.T_world_sensor->translate(frame.cloud.origin);
   }
+  constexpr double kFarthest = 1e9;  // metres, as PlanarMapParams::origin
+  if (frame.T_world_sensor &&
+      !(frame.T_world_sensor->translation().cwiseAbs().maxCoeff() <= kFarthest))
+    throw IoError(entry.file, "its pose is farther than 1e9 m from the origin of the world");
   return frame;
 }
 

@@ -46,6 +46,7 @@ struct SequenceOptions {
   /// Taken of a folder that holds several kinds; absent = clouds, else RGB-D, else stereo.
   std::optional<SequenceKind> preferred;
   std::string calibration_file;  ///< a calib.yaml; empty = the calibration of the folder
+  double scale = 1.0;            ///< metres a unit of the clouds of files and their VIEWPOINT
   /// More frames may come: a sequence ends at its last pose, and may still be empty.
   bool growing = false;
   /// Nobody uses the poses: frames without one are kept, and those of a file with a line a frame
@@ -58,15 +59,15 @@ struct SequenceOptions {
 /// - a directory of such files, in name order;
 /// - a sequence folder: calib.yaml with clouds/, or depth/ (and rgb/), or left/ and right/, and
 ///   optionally poses.txt; clouds/ may do without calib.yaml;
-/// - a folder as KITTI odometry, TUM RGB-D, ICL-NUIM, EuRoC (ASL), Middlebury, Open3D and Stray
-///   Scanner have it.
+/// - a folder as KITTI, TUM RGB-D, ICL-NUIM, EuRoC (ASL), Middlebury, 3DMatch, 7-Scenes and
+///   ScanNet have it.
 ///
-/// In a sequence folder images of one frame have the same name up to the extension. The frames of
-/// a stereo sequence are the names in left/ and right/ together: one with a single image has a
-/// place, but cannot be read. In the other layouts frames without a partner, or without a pose
-/// where there are poses, are left out (notes()).
-/// Line i of a pose file belongs to frame i where there are as many lines as frames; else both
-/// need times, which differ by 20 ms at most.
+/// Images of one frame have the same name up to the extension, or the same number in it. The
+/// frames of a stereo sequence are the names of left and right images together: one with a single
+/// image has a place, but cannot be read. Where lists or poses have times, frames without a
+/// partner or a pose within 20 ms are left out (notes()).
+/// Line i of poses.txt belongs to frame i where there are as many lines as frames; else both need
+/// times.
 ///
 /// Opening lists files and reads poses and calibration, not the frames. Const functions may be
 /// called from several threads at once.
@@ -90,8 +91,7 @@ class PLANAR_MAPPING_EXPORT Sequence {
   /// The file frame \p index is read from: cloud, depth image or left image.
   /// \throws InputError if there is no such frame
   const std::string& path(std::size_t index) const;
-  /// All files of the frame: that one and, where there is one, its colour or right image or the
-  /// confidence of its depth.
+  /// All files of the frame: that one and, where there is one, its colour or right image.
   std::vector<std::string> files(std::size_t index) const;
   const std::optional<Calibration>& calibration() const;
 

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <string>
 
-#include "planar_mapping/base/simd.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/simd.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -85,6 +85,15 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
     if (p.cwiseAbs().maxCoeff() < kMaxCoordinate) moments.add(p);  // false for NaN
   }
   return moments;
+}
+
+/// A plane of its inliers passes them within their spread; noise of a far sensor is below a metre.
+void requireNearInliers(const Plane& plane, const PlaneMoments& inliers) {
+  constexpr double kNoise = 1.0;  // metres
+  if (!(inliers.weight() > 0.0)) return;
+  const double spread = std::sqrt(inliers.scatter().trace() / inliers.weight());
+  if (!(std::abs(plane.signedDistance(inliers.mean())) <= spread + kNoise))
+    throw InputError("a plane of the frame is farther from its inliers than they spread");
 }
 
 void requireAssumed(const FrameObservation& observation) {
@@ -207,6 +216,7 @@ Frame makeFrame(const FrameObservation& observation) {
       frame.moments.push_back(
           (segment.moments.weight() >= 3.0 ? segment.moments : momentsOf(points, inliers))
               .transformed(T_world_sensor));
+      requireNearInliers(frame.planes.back(), frame.moments.back());
     }
   }
   frame.non_planar = positionsOf(unclaimed);

@@ -330,7 +330,7 @@ bool MetricFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other, b
   joined.sums = one.sums;
   addSums(joined.sums, other.sums);
   fit(joined);
-  if (!joined.valid || isFold(one, other, joined, *this)) return false;
+  if (!joined.valid) return false;
   // Noise and dents part what touches; what does not must be as flat together as surfaces are.
   const double flat = adjacent ? params_.touchingDistance() : params_.flatDistance();
   for (const PlaneCandidate* part : {&one, &other}) {

@@ -88,7 +88,6 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   PixelAssigner pixels(cloud, tiles, fit, params.threads);
   std::vector<std::int16_t> labels =
       growPlanes(grower, tiles, fit, params.min_inliers, planes, pixels, set.diagnostics);
-  cutFolds(tiles, fit, planes, labels);
   refit(planes, wholeTiles(tiles, labels), fit);
   pixels.addCells(tiles, labels);
   for (int round = 0; round < kAssignmentRounds; ++round) pixels.assign(planes);

@@ -83,13 +83,6 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
   none.fill(-1);
   CellCandidates candidates(grid.sums.size(), none);
   const std::vector<std::int32_t> plane_of_leaf = planesOfLeaves(surface, planes);
-  // A crowd of points is its own surface and nobody else's.
-  std::vector<char> clear(grid.sums.size(), 0);
-  for (const LeafInCell& entry : surface.leaves_in_cells) {
-    const bool fine = surface.leaves[static_cast<std::size_t>(entry.leaf)].level < kGridLevel;
-    const bool found = plane_of_leaf[static_cast<std::size_t>(entry.leaf)] >= 0;
-    if (fine && found) clear[static_cast<std::size_t>(entry.cell)] = 1;
-  }
   for (const LeafInCell& entry : surface.leaves_in_cells) {
     const std::int32_t k = plane_of_leaf[static_cast<std::size_t>(entry.leaf)];
     if (k < 0) continue;
@@ -108,7 +101,7 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
           const bool itself = dx == 0 && dy == 0 && dz == 0;
           const std::int32_t other = itself ? static_cast<std::int32_t>(cell)
                                             : grid.table.find({key.x + dx, key.y + dy, key.z + dz});
-          if (other < 0 || (!itself && clear[static_cast<std::size_t>(other)] != 0)) continue;
+          if (other < 0) continue;
           addCandidate(candidates[static_cast<std::size_t>(other)], k);
         }
       }

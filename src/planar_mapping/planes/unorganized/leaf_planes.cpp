@@ -19,7 +19,7 @@ namespace planar_mapping::detail {
 namespace {
 
 // Blocks of 4, 2 and 1 cells a side propose planes, in this order: the larger, the surer.
-constexpr int kLargestBlockLevel = kGridLevel + 2;
+constexpr int kLargestBlockLevel = 2;
 // Beyond these numbers proposals and voters are drawn at random.
 constexpr std::size_t kMaxProposals = 4096;
 constexpr std::size_t kMaxVoters = 16384;
@@ -93,7 +93,7 @@ class LeafPlaneSearch {
         least_(kVotingFraction * params.min_inliers) {}
 
   std::vector<LeafPlane> run() {
-    for (int level = kLargestBlockLevel; level >= kGridLevel && !stopped_; --level) {
+    for (int level = kLargestBlockLevel; level >= 0 && !stopped_; --level) {
       while (!stopped_ && voters_.size() > 0) {
         const std::size_t before = planes_.size();
         const bool all = searchAt(level);
@@ -171,12 +171,10 @@ class LeafPlaneSearch {
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * block_side;
       offer(members[b], centre, block_side, proposals);
     }
-    // Twins and leaves finer than a cell propose planes alone, and in the end the larger ones do.
+    // Twins propose planes alone, and in the end the leaves larger than a cell do.
     for (std::size_t i = 0; i < voters_.size(); ++i) {
       const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
-      const bool waits =
-          leaf.level == kGridLevel || (leaf.level > kGridLevel && level > kGridLevel);
-      if (waits && leaf.twin < 0) continue;
+      if (leaf.twin < 0 && (leaf.level == 0 || level > 0)) continue;
       offer({voters_.name(i)}, surface_.centreOf(leaf), surface_.sideOf(leaf), proposals);
     }
     return proposals;

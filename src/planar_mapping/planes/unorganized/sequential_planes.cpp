@@ -43,22 +43,18 @@ bool isSurface(const Agreement& agreement, const PlaneEvidence& evidence) {
 }
 
 std::vector<Agreement> agreementWith(const std::vector<Plane>& planes, const PointCells& grid,
-                                     const SurfaceLeaves& surface, const CellCandidates& candidates,
-                                     const std::vector<LeafPlane>& found) {
+                                     const SurfaceLeaves& surface,
+                                     const CellCandidates& candidates) {
   std::vector<Agreement> agreement(planes.size());
-  const std::vector<std::int32_t> voted_for = planesOfLeaves(surface, found);
   for (const LeafInCell& entry : surface.leaves_in_cells) {
     const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(entry.leaf)];
     if (!leaf.planar) continue;
-    const bool fine = leaf.level < kGridLevel;
     const auto cell = static_cast<std::size_t>(entry.cell);
-    const double weight = fine ? leaf.sums.n : grid.sums[cell].n;
+    const double weight = grid.sums[cell].n;
     const double angle = std::min(kSameTurn + kSureOfNormal * leaf.normal_deviation, M_PI_2);
     const double cosine = std::cos(angle);
     for (const std::int32_t candidate : candidates[cell]) {
       if (candidate < 0) break;
-      // The rims of a crowd are bent.
-      if (fine && voted_for[static_cast<std::size_t>(entry.leaf)] != candidate) continue;
       const auto k = static_cast<std::size_t>(candidate);
       if (std::abs(planes[k].signedDistance(leaf.mean)) > leaf.band) continue;
       agreement[k].all += weight;
@@ -96,9 +92,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
       points, indices, kCellSideInThresholds * params.distance_threshold, kAccompaniedFraction);
   PointCells grid = buildPointCells(points, indices, side);
   diagnostics.points_not_measured = grid.points_not_measured;
-  const std::vector<char> crowded = crowdedCells(grid);
-  const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
-  SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band, sensor);
+  SurfaceLeaves surface = buildSurfaceLeaves(grid, band, sensor);
   splitFaces(points, indices, grid, sensor, surface);
   const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);
 
@@ -119,7 +113,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
     good[k] = fit.valid && significant ? 1 : 0;
     if (fit.valid) planes[k] = fit.plane;
   }
-  const std::vector<Agreement> agreement = agreementWith(planes, grid, surface, candidates, found);
+  const std::vector<Agreement> agreement = agreementWith(planes, grid, surface, candidates);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     if (good[k] != 0 && isSurface(agreement[k], evidence[k])) continue;
     if (good[k] != 0) ++diagnostics.rejected_not_coherent;

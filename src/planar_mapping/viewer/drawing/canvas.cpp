@@ -69,11 +69,6 @@ void Canvas::line(const std::vector<Vector2>& path, double width, Color color, b
   context_.DrawPoly(points.data(), static_cast<int>(path.size()));
 }
 
-void Canvas::marker(int style, const Vector2& at, float size, Color color) {
-  setPen(vtkPen::SOLID_LINE, size, color);
-  context_.DrawMarkers(style, false, flipped({at}).data(), 1);
-}
-
 Vector2 Canvas::textSize(const std::string& words, double pixels) {
   vtkTextProperty* style = context_.GetTextProp();
   style->SetFontFamilyToArial();
@@ -102,14 +97,12 @@ void Canvas::text(const std::string& words, const Vector2& at, double pixels, in
                      static_cast<float>(std::round(flipped(at.y()) - 0.5 * size[1])), image);
 }
 
-Image drawPage(int width, int height, Color background, const std::function<void(Canvas&)>& paint,
-               const std::vector<vtkSmartPointer<vtkAbstractContextItem>>& items) {
+Image drawPage(int width, int height, Color background, const std::function<void(Canvas&)>& paint) {
   vtkNew<vtkRenderer> renderer;
   renderer->SetBackground(background.red / 255.0, background.green / 255.0,
                           background.blue / 255.0);
   vtkNew<vtkContextScene> scene;
   scene->SetRenderer(renderer);
-  for (const auto& item : items) scene->AddItem(item);
   vtkNew<PaintedItem> painted;
   painted->paint = paint;
   painted->height = height;

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <vtkAbstractContextItem.h>
-#include <vtkSmartPointer.h>
-
 #include <functional>
 #include <string>
 #include <vector>
@@ -27,8 +24,6 @@ class Canvas {
   void fill(const std::vector<Vector2>& convex, Color color);
   /// A polyline; dashes continue over its corners.
   void line(const std::vector<Vector2>& path, double width, Color color, bool dashed = false);
-  /// \param style  of vtkPlotPoints
-  void marker(int style, const Vector2& at, float size, Color color);
   /// Text with its left (-1), middle (0) or right (1) at x, vertically centred.
   void text(const std::string& words, const Vector2& at, double pixels, int align, Color color);
   /// Width and height.
@@ -42,9 +37,8 @@ class Canvas {
   int height_;
 };
 
-/// Draws the items, then what \p paint draws, on a page off screen.
+/// Draws what \p paint draws on a page off screen.
 /// \throws RenderError if nothing here can draw
-Image drawPage(int width, int height, Color background, const std::function<void(Canvas&)>& paint,
-               const std::vector<vtkSmartPointer<vtkAbstractContextItem>>& items = {});
+Image drawPage(int width, int height, Color background, const std::function<void(Canvas&)>& paint);
 
 }  // namespace planar_mapping::visualization

@@ -31,7 +31,12 @@ struct Cloud {
     xyz.push_back(static_cast<float>((row - 0.5 * kCloudHeight) / kCloudFocal * depth));
     xyz.push_back(static_cast<float>(depth));
   }
-  PointsView image() const { return {xyz.data(), kCloudWidth, kCloudHeight}; }
+  /// Every 80th point.
+  PointsView image() const {
+    PointsView view(xyz.data(), kCloudWidth);
+    view.stride = kCloudHeight;
+    return view;
+  }
   PointsView points() const { return {xyz.data(), xyz.size() / 3}; }
 };
 

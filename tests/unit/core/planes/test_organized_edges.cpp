@@ -70,33 +70,6 @@ TEST(OrganizedEdges, WhiteNoiseDoesNotTurnPlanes) {
     expectFound(scene, set, leaf, 0.95, 0.3 * test::kDegree);
 }
 
-/// Leaves of equal width that turn by the same angle from one to the next.
-DepthScene fan(int leaves, double width, double turn, double noise, std::uint64_t seed) {
-  DepthScene scene(320, 240, 400.0);
-  Vector3 at(-0.5 * leaves * width, 0.0, 2.5);
-  for (int i = 0; i < leaves; ++i) {
-    const double angle = turn * (i - 0.5 * (leaves - 1));
-    const Vector3 half(0.5 * width * std::cos(angle), 0.0, 0.5 * width * std::sin(angle));
-    scene.addRectangle(at + half, half, {0.0, 0.8, 0.0});
-    at += 2.0 * half;
-  }
-  scene.render(noise, 0.0, seed);
-  return scene;
-}
-
-TEST(OrganizedEdges, FoldsAreCutThatNoiseHidesFromEveryCell) {
-  // 9 degrees from leaf to leaf, 0.2 m a leaf: at its middle a leaf lies 16 mm behind the next
-  // one's plane, less than the noise of 19 mm.
-  constexpr int kLeaves = 6;
-  for (const std::uint64_t seed : {5, 6, 7}) {
-    const DepthScene scene = fan(kLeaves, 0.2, 9.0 * test::kDegree, kNoise, seed);
-    const PlaneSet set = search(scene);
-    EXPECT_EQ(set.planes.size(), static_cast<std::size_t>(kLeaves));
-    for (int leaf = 0; leaf < kLeaves; ++leaf)
-      expectFound(scene, set, leaf, 0.75, 1.5 * test::kDegree);
-  }
-}
-
 TEST(OrganizedEdges, WallsAreNotCutByChance) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
     DepthScene scene(320, 240, 400.0);

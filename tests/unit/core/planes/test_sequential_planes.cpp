@@ -206,29 +206,6 @@ TEST(SequentialPlanes, KeepsPlanesThatMeetAtAnEdge) {
     EXPECT_NEAR(static_cast<double>(segment.inliers.size()), 10000.0, 100.0);
 }
 
-TEST(SequentialPlanes, SeesACrowdOfPointsInACornerOfACellAsOneSurface) {
-  // A scanner sees its own mount: 20,000 points on a cap of 12 cm that bends by 2 cm, across the
-  // corner of four cells of 15 cm, in each of which alone it looks slanted. Behind it a floor.
-  std::vector<float> xyz;
-  Random random(8);
-  constexpr int kOnCap = 20000;
-  for (int i = 0; i < 2 * kOnCap; ++i) {
-    Vector3 p(random.uniform(-3, 3), random.uniform(-3, 3), -1.2 + 0.01 * random.normal());
-    if (i < kOnCap) {
-      const double r = random.uniform(0, 0.08), angle = random.uniform(-M_PI, M_PI);
-      p = {r * std::cos(angle), r * std::sin(angle),
-           -0.105 - 5.0 * r * r + 0.003 * random.normal()};
-    }
-    for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
-  }
-  const PlaneSet set = findPlanes(viewOf(xyz), nullptr, paramsFor(2000));
-  ASSERT_EQ(set.planes.size(), 2u);
-  for (const PlaneSegment& segment : set.planes) {
-    EXPECT_GT(std::abs(segment.plane.normal.z()), std::cos(3.0 * M_PI / 180.0));
-    EXPECT_GT(segment.inliers.size(), 19800u);
-  }
-}
-
 TEST(SequentialPlanes, ThresholdFollowsTheNoise) {
   // A wall at 8 m seen by a stereo camera: its noise of 10 cm is far more than d_T.
   Random random(7);
