@@ -156,7 +156,7 @@ TEST(FloorPlan, HasAWallOfTwoFacesAndItsDoorway) {
     for (const double side : {1.0, -1.0}) {
       Cuboid face;
       face.center = {1.0 + 0.1 * side, y, 1.0};
-      face.orientation = side > 0.0 ? east : east * Quaternion(0.0, 1.0, 0.0, 0.0);
+      face.orientation = side > 0.0 ? east : Quaternion(east * Quaternion(0.0, 1.0, 0.0, 0.0));
       face.size = {2.0, 0.8, 0.02};
       face.plane_id = side > 0.0 ? 1 : 2;
       plan.occupied.push_back(face);

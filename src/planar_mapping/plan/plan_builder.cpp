@@ -433,17 +433,14 @@ void PlanBuilder::lookAbove() {
 void PlanBuilder::reach() {
   if (seeds_.empty() && levels_.size() > 0) {
     // Where the robot was is not known: on the largest floor that one can stand on.
-    double largest = 0.0;
-    for (std::uint32_t i = 0; i < levels_.size(); ++i)
-      if (states_[i].is_seen && !states_[i].is_blocked &&
-          levels_[i].kind != FloorLevel::Kind::Clutter)
-        largest = std::max(largest, part_area_[i]);
-    for (std::uint32_t i = 0; i < levels_.size(); ++i)
-      if (largest > 0.0 && part_area_[i] == largest &&
-          levels_[i].kind != FloorLevel::Kind::Clutter) {
-        seeds_.push_back(i);
-        break;
-      }
+    const auto rankOf = [&](std::uint32_t i) {
+      if (states_[i].is_blocked || levels_[i].kind == FloorLevel::Kind::Clutter) return 0.0;
+      return part_area_[i] + (states_[i].is_seen ? kMaxCells : 0.0);
+    };
+    std::uint32_t largest = 0;
+    for (std::uint32_t i = 1; i < levels_.size(); ++i)
+      if (rankOf(i) > rankOf(largest)) largest = i;
+    if (rankOf(largest) > 0.0) seeds_.push_back(largest);
   }
   std::deque<std::uint32_t> open;
   const auto take = [&](std::uint32_t i) {

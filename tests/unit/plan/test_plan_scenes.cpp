@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // The table of docs/results.md: plans of simulated edges. --gtest_filter=PlanScenes.* prints it.
+#include <gtest/gtest.h>
+
 #include <cstdio>
 
 #include "plan_scene.h"
