@@ -13,10 +13,10 @@
 
 #include "map_scene.h"
 #include "planar_mapping/base/random.h"
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
 #include <octomap/octomap.h>
@@ -94,8 +94,9 @@ PlanarMapParams mapParams(double resolution, bool unknown) {
 }
 
 /// Planes given; one iteration is the whole sequence into an empty map, the time that of a frame.
+/// \param with_cuboids  the map is asked for its cuboids after each frame
 void insertFrames(benchmark::State& state, const std::string& source, double resolution,
-                  bool unknown, bool with_segmentation) {
+                  bool unknown, bool with_segmentation, bool with_cuboids) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
   if (sequence.empty()) {
     state.SkipWithError("no data");
@@ -112,6 +113,7 @@ void insertFrames(benchmark::State& state, const std::string& source, double res
         observation.planes = &found.planes;
       }
       map->insert(observation);
+      if (with_cuboids) benchmark::DoNotOptimize(map->cuboids().data());
     }
     benchmark::DoNotOptimize(map->frames());
   }
@@ -174,6 +176,43 @@ void castRays(benchmark::State& state, const std::string& source, UnknownSpaceIs
   timeRays(state, sequence, [&](const BenchmarkRay& ray) {
     return castRay(map, ray.origin, ray.direction, kRayRange, unknown).has_value();
   });
+}
+
+/// Anywhere within 4 m of where the sensor was.
+std::vector<Vector3> pointsOf(const std::vector<BenchmarkFrame>& sequence) {
+  Random random(3);
+  std::vector<Vector3> points;
+  for (std::size_t i = 0; i < 4096; ++i) {
+    const auto any = [&] { return random.uniform(-4.0, 4.0); };
+    const double x = any(), y = any(), z = any();
+    points.push_back(sequence[i % sequence.size()].pose.translation() + Vector3(x, y, z));
+  }
+  return points;
+}
+
+/// \param ask whether a point is occupied
+template <typename Ask>
+void timePoints(benchmark::State& state, const std::vector<BenchmarkFrame>& sequence,
+                const Ask& ask) {
+  const std::vector<Vector3> points = pointsOf(sequence);
+  double occupied = 0.0;
+  for (const Vector3& point : points) occupied += ask(point) ? 1.0 : 0.0;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(ask(points[i]));
+    i = (i + 1) % points.size();
+  }
+  state.counters["occupied"] = occupied / static_cast<double>(points.size());
+}
+
+void askPoints(benchmark::State& state, const std::string& source) {
+  const std::vector<BenchmarkFrame>& sequence = frames(source);
+  if (sequence.empty()) {
+    state.SkipWithError("no data");
+    return;
+  }
+  const PlanarMap map = mapOf(sequence);
+  timePoints(state, sequence, [&](const Vector3& point) { return map.isOccupied(point); });
 }
 
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
@@ -239,6 +278,21 @@ void castRaysInOctoMap(benchmark::State& state, const std::string& source) {
     return tree->castRay(toOctoMap(ray.origin), toOctoMap(ray.direction), end, true, kRayRange);
   });
 }
+
+void askPointsOfOctoMap(benchmark::State& state, const std::string& source) {
+  const std::vector<BenchmarkFrame>& sequence = frames(source);
+  if (sequence.empty()) {
+    state.SkipWithError("no data");
+    return;
+  }
+  const std::unique_ptr<octomap::OcTree> tree =
+      octoMapOf(sequence, octoMapClouds(sequence), 0.1, true);
+  tree->prune();
+  timePoints(state, sequence, [&](const Vector3& point) {
+    const octomap::OcTreeNode* node = tree->search(toOctoMap(point));
+    return node != nullptr && tree->isNodeOccupied(node);
+  });
+}
 #endif
 
 void registerAll() {
@@ -247,18 +301,21 @@ void registerAll() {
       benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
           ->Unit(benchmark::kMillisecond);
     };
-    add("planar_map/0.1", insertFrames, source, 0.1, true, false);
-    add("planar_map/0.1/no_unknown", insertFrames, source, 0.1, false, false);
-    add("planar_map/0.1/with_segmentation", insertFrames, source, 0.1, true, true);
+    add("planar_map/0.1", insertFrames, source, 0.1, true, false, false);
+    add("planar_map/0.1/no_unknown", insertFrames, source, 0.1, false, false, false);
+    add("planar_map/0.1/with_segmentation", insertFrames, source, 0.1, true, true, false);
+    add("planar_map/0.1/with_cuboids", insertFrames, source, 0.1, true, false, true);
     const auto addQuestion = [&](const std::string& name, auto&&... arguments) {
       benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
           ->Unit(benchmark::kMicrosecond);
     };
+    addQuestion("point", askPoints, source);
     addQuestion("ray", castRays, source, UnknownSpaceIs::AnObstacle);
     addQuestion("ray/through_unknown", castRays, source, UnknownSpaceIs::Transparent);
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
     add("octomap/0.1", insertIntoOctoMap, source, 0.1, false);
     add("octomap/0.1/discretized", insertIntoOctoMap, source, 0.1, true);
+    addQuestion("octomap/point", askPointsOfOctoMap, source);
     addQuestion("octomap/ray", castRaysInOctoMap, source);
 #endif
   }

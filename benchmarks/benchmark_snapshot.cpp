@@ -5,8 +5,8 @@
 #include <benchmark/benchmark.h>
 
 #include "../tests/render/scenes.h"
-#include "planar_mapping/viewer/scene/picking.h"
 #include "planar_mapping/viewer/drawing/projection_2d.h"
+#include "planar_mapping/viewer/scene/picking.h"
 #include "planar_mapping/viewer/window/snapshot.h"
 
 namespace {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "planar_mapping/stereo/features/feature_tracker.h"
-#include "planar_mapping/stereo/rectification.h"
 #include "planar_mapping/stereo/matching/stereo_matcher.h"
+#include "planar_mapping/stereo/rectification.h"
 #include "stereo_images.h"
 
 namespace {

@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
+#include "evaluation/metrics/plane_quality.h"
 #include "labelled_clouds.h"
 #include "peer_planes.h"
 #include "planar_mapping/planes/multi_plane.h"
-#include "evaluation/metrics/plane_quality.h"
 
 namespace {
 

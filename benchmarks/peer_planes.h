@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/base/types.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 /// What a search for planes is told of a cloud: the same for every method.
 struct PeerTask {

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 int main() {
   std::vector<float> xyz;  // a wall of 2 m x 1 m, 2 m ahead

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <vector>
 
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 using namespace planar_mapping;
 

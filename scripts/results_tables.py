@@ -15,7 +15,7 @@ INPUTS = [("simulated", "corridor", "corridor"), ("simulated", "outdoor", "outdo
           ("rgbd_tartanair_corridor", "", "TartanAir corridor"), ("rgbd_icl_livingroom", "", "ICL living room"),
           ("rgbd_icl_five", "", "ICL, five views"), ("stereo_euroc_room", "", "EuRoC room"),
           ("stereo_kitti_street", "", "KITTI street")]
-SHORT = (0.05, 0.1, 0.3)  # sizes of the longer tables
+SHORT = (0.05, 0.1, 0.3)  # cell sizes of the tables; the summary counts all
 LESS_IS_BETTER = [("cells", "cells"), ("error", "error_percent"), ("wrong of what is marked", "wrong_fraction"),
                   ("surface distance, median", "surface_median_m"), ("surface distance, 95th", "surface_p95_m"),
                   ("free marked occupied", "free_space_violation"), ("free not known", "free_not_known"),
@@ -76,6 +76,8 @@ def method_tables(out):
     for folder, scene, name in INPUTS:
         for s, of in rows_of(out, folder, scene):
             all_rows.append(of)
+            if s not in SHORT:
+                continue
             count = [f"{of[m]['cells']:.0f}" for m in ("SG", "OG", "RA", "PG_paper", "no_planes", "PG")]
             count[-1] = f"**{count[-1]}**"
             pg = of["PG"]["cells"]
@@ -86,8 +88,6 @@ def method_tables(out):
             sizes.append(line(name, s, " / ".join(short(of[m]["memory_bytes"] / 1e3) for m in ("SG", "OG", "RA", "PG")),
                               " / ".join(short(size / 1e3) for size in files),
                               joined(of, ("SG", "OG", "RA", "no_planes", "PG"), "time_ms_per_frame")))
-            if s not in SHORT:
-                continue
             if of["PG"]["error_percent"] is not None:
                 error.append(line(name, s, joined(of, four, "error_percent"), joined(of, four, "wrong_fraction", 100),
                                   joined(of, four[1:], "completeness", 100), joined(of, four[1:], "completeness_quarter", 100)))

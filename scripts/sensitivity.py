@@ -83,7 +83,7 @@ ROOMS = [("planes/organized", IMAGES), ("planes/tiles", IMAGES), ("planes/dispar
          ("planes/unorganized", ["unorganized"]), ("planes/surface_leaves", ["unorganized"]), ("planes/point_cells", ["unorganized", "ransac"]),
          ("planes/plane_patches", ["unorganized", "ransac", "metric"]), ("planes/multi_ransac", ["ransac", "features"]),
          ("planes/from_features", ["features"]), ("planes/assumed", ["white"]), ("planes", ["metric", "disparity", "unorganized", "ransac"]),
-         ("ground/upright", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_", ["scale", "unorganized"]),
+         ("ground/up.", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_", ["scale", "unorganized"]),
          ("geometry", ["motion_features"]), ("localization/odometry", ["motion_features", "motion_rgbd"]),
          ("localization/registration", ["motion_clouds", "motion_rgbd", "motion_far"]), ("", ["map_rgbd", "map_simulated", "map_walk"])]
 # Mechanisms that can be switched off: name, file below src/planar_mapping, text, text without it.

@@ -76,8 +76,9 @@ profile: )" +
       std::string(profile == Profile::Paper ? "paper" : "compact") +
       R"(      # paper (nothing beyond the paper) or compact
 seed: 12345           # of everything random, 0 to 9007199254740991
-threads: 1            # 0 = all cores; never changes the result
+threads: 0            # 0 = all cores; never changes the result
 frames: "0::1"        # first:last:step
+up: auto              # x, y, z, -x, -y, -z: the vertical of the world for all stages
 # inputs: [cloud.pcd] # files or folders, relative to this file
 # poses: poses.txt    # trajectory in TUM or KITTI format
 # calibration: calib.yaml  # in place of that of the input
@@ -101,8 +102,11 @@ constexpr std::pair<const char*, const char*> kTopKeys[] = {
     {"version", "of this format: 1; required"},
     {"profile", "`compact` (default) or `paper`: nothing beyond the paper"},
     {"seed", "of everything random, 0 to 9007199254740991, default 12345"},
-    {"threads", "0 = all cores, default 1; never changes the result"},
+    {"threads", "0 = all cores, the default; never changes the result"},
     {"scale", "metres a unit of the clouds of files, 0.001 for millimetres, default 1"},
+    {"up",
+     "vertical of the world for all stages, whatever theirs says: `x`, `y`, `z`, `-x`, `-y`, `-z`; "
+     "`auto` (default) = theirs"},
     {"inputs", "files or folders, relative to the configuration file"},
     {"poses", "trajectory in TUM or KITTI format, relative to the configuration file"},
     {"calibration",

@@ -10,8 +10,8 @@
 #include <memory>
 
 #include "frame_command.h"
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/pipeline/front_end_source.h"
 #if PLANAR_MAPPING_HAS_TRANSPORT

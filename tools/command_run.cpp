@@ -175,49 +175,6 @@ void writeJsonLine(std::size_t done, std::size_t all, const FrameReport& report)
   std::cerr << line.dump() << std::endl;
 }
 
-/// How much of what was measured the map holds, and where the rest went.
-std::string coverageSentence(const nlohmann::json& metrics) {
-  constexpr double kUsual = 0.95;
-  if (!metrics["coverage"].is_number()) return "";
-  const double coverage = metrics["coverage"];
-  const double mappable =
-      metrics["points"]["valid"].get<double>() - metrics["points"]["ground"].get<double>();
-  const double removed = metrics["points"]["rejected"].get<double>() / std::max(mappable, 1.0);
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "%.1f %% of the points lie in a cuboid or within half a cell of one",
-                100.0 * coverage);
-  std::string sentence = text;
-  if (coverage >= kUsual) return sentence;
-  if (2.0 * removed >= 1.0 - coverage) {
-    std::snprintf(text, sizeof text,
-                  "; most of the others are among the %.1f %% that stages before the map removed "
-                  "(too far, too uncertain, believed too little)",
-                  100.0 * removed);
-    return sentence + text;
-  }
-  return sentence +
-         "; most of the others are in cells that got too few points or too little belief "
-         "(min_points_per_cell, min_cell_fraction, min_probability)";
-}
-
-void printSummary(const RunResult& result) {
-  const auto metrics = nlohmann::json::parse(result.metrics_json);
-  const std::size_t frames = metrics["frames"], left_out = metrics["frames_skipped"];
-  if (left_out > 0) std::cout << frames - left_out << " of ";
-  std::cout << detail::counted(frames, "frame") << ", " << metrics["points"]["valid"]
-            << " points -> " << detail::counted(metrics["planes"], "plane") << ", "
-            << detail::counted(metrics["cuboids"]["total"], "cuboid") << " ("
-            << metrics["standard_cells"] << " cells of a standard grid of "
-            << metrics["resolution_m"] << " m)\n";
-  if (metrics["cluttered_regions"] > 0)
-    std::cout << metrics["cluttered_regions"]
-              << " regions are so cluttered that boxes cover them without a search for fewer\n";
-  const std::string coverage = coverageSentence(metrics);
-  if (!coverage.empty()) std::cout << coverage << '\n';
-  std::cout << result.output << "/map.pmap\n";
-}
-
 /// The same from frames of a front-end elsewhere, which may go away.
 RunResult runOnNetwork(const RunArguments& arguments, RunOptions options) {
   Configuration configuration = configurationOf(arguments);
@@ -236,7 +193,7 @@ RunResult runOnNetwork(const RunArguments& arguments, RunOptions options) {
   } catch (const InputError& error) {
     if (!has_map) throw;
     throw InputError(std::string(error.what()) + "; the map made so far is in " + options.output +
-                     ", --resume continues it");
+                     ", --resume finishes it");
   }
 }
 
@@ -251,9 +208,9 @@ RunResult runOnWatched(const RunArguments& arguments, RunOptions options) {
 
 int run(RunArguments& arguments) {
   if (arguments.options.resume && arguments.force)
-    throw UsageError("--resume continues the map, --force overwrites it: give one of them");
+    throw UsageError("--resume finishes the run, --force overwrites it: give one of them");
   RunOptions& options = arguments.options;
-  StopGuard guard(stopOnSignal(), options.output);  // from now on
+  stopOnSignal();  // from now on
   findConfiguration(arguments);
   options.overwrite = arguments.force;
   options.stop = &stopOnSignal();
@@ -276,8 +233,8 @@ int run(RunArguments& arguments) {
   }
   if (arguments.json) {
     std::cout << result.metrics_json;
-  } else if (!arguments.quiet && result.saved) {
-    printSummary(result);
+  } else if (!arguments.quiet && !result.summary.empty()) {
+    std::cout << result.summary << '\n' << result.output << "/map.pmap\n";
   }
   if (!arguments.verbose) {  // then they were in the log already
     for (const std::string& warning : result.warnings)
@@ -288,8 +245,8 @@ int run(RunArguments& arguments) {
   if (result.interrupted) {
     std::cerr << "planar_map: interrupted"
               << (result.saved ? "; what was done so far is in "
-                               : " before the first frame; what was saved before is in ")
-              << result.output << ", --resume continues it\n";
+                               : " before anything new was done; what was saved before is in ")
+              << result.output << ", --resume finishes it\n";
     return kInterrupted;
   }
   return arguments.strict && !result.warnings.empty() ? kDegraded : kDone;
@@ -322,12 +279,16 @@ void addRunCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"paper", "compact"}));
   addScaleOption(*command, arguments->scale);
   command->add_option("--frames", arguments->frames, "A:B:STEP, frames A to B - 1");
-  command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
+  command
+      ->add_option("-j,--threads", arguments->threads,
+                   "Threads, 0 = all cores, which is the default")
       ->check(CLI::Range(0, 1024));
   addChecked(*command, "--checkpoint", arguments->options.checkpoint_s, numberIn(0.0, 1e9),
-             "Save every so many seconds, for --resume after a crash; 0 = each frame");
-  auto* resume =
-      command->add_flag("--resume", arguments->options.resume, "Continue an interrupted run");
+             "Save every so many seconds, so that a crash leaves a map; 0 = each frame");
+  auto* resume = command->add_flag(
+      "--resume", arguments->options.resume,
+      "Finish an interrupted run: its frames are processed again, and what it has saved stays "
+      "until the map is as large");
   resume->excludes("--force");
   command->add_flag("--strict", arguments->strict, "Exit code 5 if the result is degraded");
   command->add_flag("-v,--verbose", arguments->verbose, "Show run.log as it comes about");

@@ -6,11 +6,11 @@
 #include <map>
 #include <memory>
 
-#include "frame_command.h"
-#include "planar_mapping/base/spelling.h"
-#include "planar_mapping/base/error.h"
-#include "planar_mapping/geometry/angles.h"
 #include "evaluation/simulation/simulation.h"
+#include "frame_command.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
+#include "planar_mapping/geometry/angles.h"
 
 namespace planar_mapping::tools {
 namespace {

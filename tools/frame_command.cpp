@@ -9,7 +9,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
-#include <filesystem>
 #include <iostream>
 
 #include "planar_mapping/pipeline/pipeline.h"
@@ -20,9 +19,14 @@ namespace {
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler writes it");
 
-extern "C" void requestStop(int number) {
-  stop_requested = true;
-  std::signal(number, SIG_DFL);
+/// The first signal asks, the second one, of either kind, does not.
+extern "C" void requestStop(int /*number*/) {
+  if (stop_requested.exchange(true)) std::_Exit(kInterrupted);
+  constexpr char kText[] =
+      "\nplanar_map: stopping: the frame in work is finished, and what was done is saved; a second "
+      "Ctrl-C stops at once\n";
+  const ssize_t ignored = ::write(STDERR_FILENO, kText, sizeof kText - 1);
+  static_cast<void>(ignored);
 }
 
 }  // namespace
@@ -48,6 +52,10 @@ void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::st
 void addFrameOptions(CLI::App& command, FrameArguments& arguments) {
   command.add_option("--set", arguments.assignments, "stage.key=value, repeatable")
       ->allow_extra_args(false);
+  command
+      .add_option("--up", arguments.up,
+                  "Axis of the world that is upwards, for all stages; auto = found")
+      ->check(CLI::IsMember({"auto", "x", "y", "z", "-x", "-y", "-z"}));
   command.add_option("--seed", arguments.seed, "Seed of everything random")
       ->check(CLI::Range(std::int64_t{0}, RunSettings::kLargestSeed));
   command.add_flag("--force", arguments.force, "Overwrite earlier results");
@@ -63,6 +71,7 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
   ConfigurationOverrides overrides;
   overrides.assignments = arguments.assignments;
   // The options are short for assignments, and win over them.
+  if (!arguments.up.empty()) assignments.push_back("up=" + arguments.up);
   if (arguments.seed >= 0) assignments.push_back("seed=" + std::to_string(arguments.seed));
   overrides.assignments.insert(overrides.assignments.end(), assignments.begin(), assignments.end());
   if (!profile.empty()) overrides.profile = profile;
@@ -80,8 +89,11 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
 std::atomic<bool>& stopOnSignal() {
   // Everything there is to say goes through our own errors.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  std::signal(SIGINT, requestStop);
-  std::signal(SIGTERM, requestStop);
+  struct sigaction action = {};
+  action.sa_handler = requestStop;
+  action.sa_flags = SA_RESTART;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
   std::signal(SIGXFSZ, SIG_IGN);
   return stop_requested;
 }
@@ -116,36 +128,6 @@ void drawBar(std::size_t done, std::size_t all, const std::string& text) {
   std::cerr << "\r[" << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] "
             << done << (all > 0 ? "/" + std::to_string(all) : std::string()) << "  " << text << left
             << "   " << (done == all ? "\n" : "") << std::flush;
-}
-
-StopGuard::StopGuard(const std::atomic<bool>& stop, std::string output)
-    : stop_(stop), output_(std::move(output)), thread_([this] { watch(); }) {}
-
-StopGuard::~StopGuard() {
-  over_ = true;
-  thread_.join();
-}
-
-void StopGuard::watch() {
-  using Clock = std::chrono::steady_clock;
-  constexpr auto kPeriod = std::chrono::milliseconds(20);
-  constexpr auto kPatience = std::chrono::milliseconds(700);
-  // Counted from when the signal was seen: this process may have stood still before.
-  for (std::optional<Clock::time_point> asked; !asked || Clock::now() - *asked < kPatience;) {
-    if (over_) return;
-    if (stop_ && !asked) asked = Clock::now();
-    std::this_thread::sleep_for(kPeriod);
-  }
-  const auto exists = [this](const char* name) {
-    std::error_code ignored;
-    return std::filesystem::exists(output_ + name, ignored);
-  };
-  std::cerr << "planar_map: interrupted in what takes longer than a second; "
-            << (exists("/map.pmap") || exists("/.saved")
-                    ? "what was saved before is in " + output_ + ", --resume continues it"
-                    : "nothing was saved before")
-            << std::endl;
-  std::_Exit(kInterrupted);
 }
 
 }  // namespace planar_mapping::tools

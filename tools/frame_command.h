@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "commands.h"
@@ -23,6 +22,7 @@ struct FrameArguments {
   std::string poses;
   std::string calibration;
   std::vector<std::string> assignments;
+  std::string up;  ///< empty = of the configuration
   std::int64_t seed = -1;
   bool force = false;
   bool quiet = false;
@@ -59,8 +59,9 @@ std::unique_ptr<FrameSource> listenForFrontEnd(const ListenArguments& arguments,
                                                const Configuration& configuration,
                                                const std::atomic<bool>& stop);
 
-/// Set by the first SIGINT or SIGTERM, so that what was done is saved; a second one ends the
-/// program at once. Also silences PCL, and makes a full disk an error of write().
+/// Set by the first SIGINT or SIGTERM, so that the frame in work is finished and saved however
+/// long that takes; a second one ends the program at once with kInterrupted, and what was saved
+/// before stays whole. Also silences PCL, and makes a full disk an error of write().
 std::atomic<bool>& stopOnSignal();
 
 /// Seconds until the last of \p all is done, if those to come take as long as those since the first
@@ -73,26 +74,5 @@ void countFrames(std::size_t done, std::size_t all);
 
 /// One line on stderr that is drawn over and over. \param all  0 = unknown
 void drawBar(std::size_t done, std::size_t all, const std::string& text);
-
-/// Obeys a signal within a second: where reading, the frame in work and saving take longer, it ends
-/// the program with kInterrupted. What was saved before stays whole, and --resume repeats the
-/// frames since.
-class StopGuard {
- public:
-  /// \param stop    set by the signal
-  /// \param output  directory of the results, for the message
-  StopGuard(const std::atomic<bool>& stop, std::string output);
-  ~StopGuard();
-  StopGuard(const StopGuard&) = delete;
-  StopGuard& operator=(const StopGuard&) = delete;
-
- private:
-  void watch();
-
-  const std::atomic<bool>& stop_;
-  const std::string output_;
-  std::atomic<bool> over_{false};
-  std::thread thread_;
-};
 
 }  // namespace planar_mapping::tools

@@ -26,8 +26,8 @@
 
 #include "gmm_map/map.h"
 #include "planar_mapping/io/depth_image.h"
-#include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/layouts/sequence.h"
+#include "planar_mapping/io/map_file.h"
 
 namespace fs = std::filesystem;
 namespace pm = planar_mapping;

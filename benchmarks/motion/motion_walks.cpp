@@ -16,11 +16,11 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
-#include "planar_mapping/base/error.h"
 #include "evaluation/simulation/image_renderer.h"
 #include "evaluation/simulation/ray_caster.h"
 #include "evaluation/simulation/scene.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/depth_image.h"

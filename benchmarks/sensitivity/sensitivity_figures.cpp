@@ -21,13 +21,13 @@
 
 #include "evaluation/metrics/plane_quality.h"
 #include "evaluation/metrics/simulated_features.h"
+#include "evaluation/simulation/simulation.h"
 #include "labelled_clouds.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/geometry/cloud_scale.h"
-#include "planar_mapping/ground/upright.h"
 #include "planar_mapping/ground/ground.h"
+#include "planar_mapping/ground/up.h"
 #include "planar_mapping/planes/multi_plane.h"
-#include "evaluation/simulation/simulation.h"
 
 namespace {
 

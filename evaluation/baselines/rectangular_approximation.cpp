@@ -123,7 +123,8 @@ class BoxCover {
   /// Number of the cell, -1 if it is not one of them.
   std::int32_t at(const GridCell& cell) const {
     for (const std::int32_t v : {cell.x, cell.y, cell.z})
-      if (v < -planar_mapping::detail::kLatticeLimit || v >= planar_mapping::detail::kLatticeLimit) return -1;
+      if (v < -planar_mapping::detail::kLatticeLimit || v >= planar_mapping::detail::kLatticeLimit)
+        return -1;
     const std::size_t number = cells_.indexOf(planar_mapping::detail::packKey(cell));
     return number == cells_.kNone ? -1 : static_cast<std::int32_t>(number);
   }
@@ -331,8 +332,9 @@ std::size_t RectangularApproximation::fileBytes() const {
   }
   const double corners = (high.x - low.x + 1.0) * (high.y - low.y + 1.0) * (high.z - low.z + 1.0);
   const double sizes = static_cast<double>(longest.x) * longest.y * longest.z;
-  return kHeaderBytes +
-         planar_mapping::detail::bytesOfBits(boxes_.size(), planar_mapping::detail::bitsFor(corners) + planar_mapping::detail::bitsFor(sizes));
+  return kHeaderBytes + planar_mapping::detail::bytesOfBits(
+                            boxes_.size(), planar_mapping::detail::bitsFor(corners) +
+                                               planar_mapping::detail::bitsFor(sizes));
 }
 
 }  // namespace planar_mapping::evaluation

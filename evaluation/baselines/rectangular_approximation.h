@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "evaluation/baselines/grid_cell.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/geometry/cuboid.h"
-#include "evaluation/baselines/grid_cell.h"
 
 namespace planar_mapping::evaluation {
 

@@ -91,7 +91,8 @@ void StandardGrid::insert(const std::vector<Vector3>& obstacles, const std::vect
     for (const std::uint64_t end : ends->keys()) {
       const Vector3 middle = (planar_mapping::detail::cornerOf(end).array() + 0.5) * side_;
       forEachCellOnRay(origin, middle, side_, [&](const GridCell& cell) {
-        const std::size_t at = log_odds_.indexOf(planar_mapping::detail::packKey({cell.x, cell.y, cell.z}));
+        const std::size_t at =
+            log_odds_.indexOf(planar_mapping::detail::packKey({cell.x, cell.y, cell.z}));
         if (at != log_odds_.kNone) missed[at] = 1;
       });
     }
@@ -107,7 +108,8 @@ void StandardGrid::insert(const std::vector<Vector3>& obstacles, const std::vect
 
 std::vector<GridCell> StandardGrid::cells() const {
   std::vector<GridCell> cells;
-  for (const std::uint64_t key : log_odds_.sortedKeys()) cells.push_back(planar_mapping::detail::unpackKey(key));
+  for (const std::uint64_t key : log_odds_.sortedKeys())
+    cells.push_back(planar_mapping::detail::unpackKey(key));
   return cells;
 }
 
@@ -132,7 +134,8 @@ std::size_t StandardGrid::fileBytes() const {
     high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
   }
   const double volume = (high.x - low.x + 1.0) * (high.y - low.y + 1.0) * (high.z - low.z + 1.0);
-  return kGridHeaderBytes + planar_mapping::detail::bytesOfBits(all.size(), planar_mapping::detail::bitsFor(volume));
+  return kGridHeaderBytes +
+         planar_mapping::detail::bytesOfBits(all.size(), planar_mapping::detail::bitsFor(volume));
 }
 
 Cuboid cuboidOf(const GridBox& box, double s) {

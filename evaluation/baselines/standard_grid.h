@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "evaluation/baselines/grid_cell.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/geometry/cuboid.h"
 #include "planar_mapping/map/store/cell_key.h"
-#include "evaluation/baselines/grid_cell.h"
 
 namespace planar_mapping::evaluation {
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -262,7 +262,8 @@ void CrossedSpace::add(const std::vector<MeasuredRay>& rays) {
     for (int i = 0; (i + 0.5) * step <= end; ++i) {
       const Vector3 point = ray.origin + direction * ((i + 0.5) * step);
       std::uint64_t key = 0;
-      if (!planar_mapping::detail::cellKeyOf(point, side_, key) || shuffled(key) % every_ != 0) continue;
+      if (!planar_mapping::detail::cellKeyOf(point, side_, key) || shuffled(key) % every_ != 0)
+        continue;
       Sample& sample = samples_[key];
       if (sample.offset[0] >= 0.0f) continue;
       const Vector3 low = planar_mapping::detail::cornerOf(key) * side_;

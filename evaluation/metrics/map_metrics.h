@@ -6,11 +6,11 @@
 #include <functional>
 #include <vector>
 
+#include "evaluation/metrics/surface_truth.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/geometry/cuboid.h"
 #include "planar_mapping/map/cuboids/cuboid_distance.h"
 #include "planar_mapping/map/store/cell_key.h"
-#include "evaluation/metrics/surface_truth.h"
 
 namespace planar_mapping::evaluation {
 

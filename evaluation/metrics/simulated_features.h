@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/geometry/camera.h"
 #include "evaluation/simulation/simulation.h"
+#include "planar_mapping/geometry/camera.h"
 
 namespace planar_mapping::evaluation {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planar_mapping/base/error.h"
 #include "evaluation/simulation/object_view.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -98,7 +98,9 @@ void SurfaceTruth::addView(const Rendering& view, const Pose& T_world_camera,
       const Vector3 direction = camera.rayOf(column, row);
       const Vector3 point = T_world_camera * (depth * direction + kBehind * direction.normalized());
       std::uint64_t key = 0;
-      if (point.z() <= params.ground_height || !planar_mapping::detail::cellKeyOf(point, kSeenSide, key)) continue;
+      if (point.z() <= params.ground_height ||
+          !planar_mapping::detail::cellKeyOf(point, kSeenSide, key))
+        continue;
       Seen& seen = seen_[key];
       seen.sum += point;
       ++seen.pixels;
@@ -127,8 +129,8 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
   std::vector<VisibleCell> cells;
   for (const std::uint64_t key : table.sortedKeys()) {
     const Sum& sum = *table.find(key);
-    cells.push_back(
-        {planar_mapping::detail::unpackKey(key), sum.points / static_cast<double>(sum.count), sum.pixels});
+    cells.push_back({planar_mapping::detail::unpackKey(key),
+                     sum.points / static_cast<double>(sum.count), sum.pixels});
   }
   return cells;
 }

@@ -6,11 +6,11 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/base/export.h"
-#include "planar_mapping/map/store/cell_key.h"
 #include "evaluation/baselines/grid_cell.h"
 #include "evaluation/simulation/ray_caster.h"
 #include "evaluation/simulation/scene.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/map/store/cell_key.h"
 
 namespace planar_mapping::evaluation {
 

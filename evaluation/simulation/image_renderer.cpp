@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 
-#include "planar_mapping/base/parallel.h"
-#include "planar_mapping/base/error.h"
 #include "evaluation/simulation/object_view.h"
 #include "evaluation/simulation/surface_shading.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/parallel.h"
 
 namespace planar_mapping::evaluation {
 namespace {

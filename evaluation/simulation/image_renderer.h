@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "planar_mapping/base/export.h"
 #include "evaluation/simulation/ray_caster.h"
+#include "planar_mapping/base/export.h"
 #include "planar_mapping/io/image_file.h"
 
 namespace planar_mapping::evaluation {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <limits>
 
-#include "planar_mapping/base/parallel.h"
-#include "planar_mapping/base/error.h"
 #include "evaluation/simulation/object_view.h"
 #include "evaluation/simulation/surface_shading.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/parallel.h"
 
 namespace planar_mapping::evaluation {
 namespace {

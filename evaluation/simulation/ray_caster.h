@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "evaluation/simulation/scene.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/geometry/camera.h"
-#include "evaluation/simulation/scene.h"
 
 namespace planar_mapping::evaluation {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planar_mapping/base/error.h"
 #include "evaluation/simulation/scene_builder.h"
+#include "planar_mapping/base/error.h"
 
 namespace planar_mapping::evaluation {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/export.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/plane.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/base/random.h"
 #include "evaluation/simulation/scene_builder.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
-#include "planar_mapping/base/random.h"
 #include "evaluation/simulation/scene_builder.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 namespace {

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
-#include "planar_mapping/base/export.h"
 #include "evaluation/simulation/image_renderer.h"
 #include "evaluation/simulation/ray_caster.h"
 #include "evaluation/simulation/scene.h"
 #include "evaluation/simulation/stereo_sensor.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "planar_mapping/base/random.h"
-#include "planar_mapping/base/export.h"
 #include "evaluation/simulation/ray_caster.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping::evaluation {
 

@@ -8,8 +8,8 @@
 
 #include "arrays.h"
 #include "frames.h"
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/depth_image.h"

@@ -13,8 +13,8 @@
 
 #include "arrays.h"
 #include "frames.h"
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"

@@ -110,7 +110,8 @@ TEST_P(CrashSafety, ResumeOfAnInterruptedRun) {
   // Killed in the middle of its second checkpoint.
   const ProgramResult killed = run("half", {"--checkpoint", "0"}, 75, "kill");
   ASSERT_EQ(SIGKILL, killed.signal);
-  ASSERT_EQ(1, metrics("half")["frames"]);
+  ASSERT_GE(metrics("half")["frames"], 1);
+  ASSERT_LT(metrics("half")["frames"], kFrames);
   const int operations = forEachFault("half", {"--resume", "--checkpoint", "0"}, 11,
                                       [this](const ProgramResult&) { expectResumes(); });
   EXPECT_GT(operations, 80);

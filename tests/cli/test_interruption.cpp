@@ -39,17 +39,35 @@ TEST_F(Interruption, SignalsFinishTheFrameAndSave) {
     const std::string output = "out" + std::to_string(number);
     const ProgramResult result = planarMap(longRun(output, 400), signalAfterAFrame(number));
     EXPECT_EQ(130, result.exit_code) << result.signal << result.err;
-    EXPECT_EQ(9u, list(output).size());
+    EXPECT_EQ(7u, list(output).size());
     const Json metrics = Json::parse(read(output + "/metrics.json"));
     EXPECT_GE(metrics["frames"], 2);
     EXPECT_LT(metrics["frames"], 400);
     EXPECT_TRUE(metrics["interrupted"]);
+    EXPECT_NE(std::string::npos, result.err.find("the frame in work is finished"));
     EXPECT_NE(std::string::npos, result.err.find("interrupted; what was done so far is in"));
     EXPECT_EQ(0, planarMap({"info", directory_ / output + "/map.pmap"}).exit_code);
   }
 }
 
-TEST_F(Interruption, KilledRunResumesFromItsLastCheckpoint) {
+TEST_F(Interruption, SecondSignalStopsAtOnceAndLeavesTheEarlierResult) {
+  ASSERT_EQ(0, planarMap(longRun("out", 3)).exit_code);
+  const std::string before = read("out/map.pmap");
+  ProgramOptions options;
+  options.while_running = [](pid_t child, const std::string& err) {
+    if (err.find("\"done\":2") == std::string::npos) return;
+    ::kill(child, SIGINT);
+    ::kill(child, SIGTERM);
+  };
+  const ProgramResult result = planarMap(joined(longRun("out", 400), {"--force"}), options);
+  EXPECT_EQ(130, result.exit_code) << result.signal << result.err;
+  EXPECT_EQ(before, read("out/map.pmap"));
+  // The next run there finds nothing in its way.
+  expectExit(0, planarMap(joined(longRun("out", 3), {"--force"})));
+  EXPECT_EQ(7u, list("out").size());
+}
+
+TEST_F(Interruption, KilledRunIsFinishedByResume) {
   constexpr int kFrames = 40;
   ASSERT_EQ(0, planarMap(longRun("whole", kFrames)).exit_code);
   const std::vector<std::string> arguments = joined(longRun("out", kFrames), {"--checkpoint", "0"});
@@ -60,12 +78,28 @@ TEST_F(Interruption, KilledRunResumesFromItsLastCheckpoint) {
   EXPECT_EQ(0, planarMap({"info", directory_ / "out/map.pmap"}).exit_code);
   const std::vector<std::string> resume = joined(arguments, {"--resume"});
   const ProgramResult resumed = expectExit(0, planarMap(resume));
-  // A line of progress for each frame that was left.
-  EXPECT_EQ(kFrames - done, std::count(resumed.err.begin(), resumed.err.end(), '{')) << resumed.err;
+  EXPECT_EQ(kFrames, std::count(resumed.err.begin(), resumed.err.end(), '{')) << resumed.err;
   for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt"})
     EXPECT_TRUE(read(std::string("whole/") + name) == read(std::string("out/") + name)) << name;
   const ProgramResult again = expectExit(0, planarMap(resume));
   EXPECT_NE(std::string::npos, again.err.find("is finished; nothing was done")) << again.err;
+}
+
+TEST_F(Interruption, ResumedRunKeepsWhatIsSavedUntilItHasAsMuch) {
+  ASSERT_EQ(130, planarMap(longRun("out", 400), signalAfterAFrame(SIGINT)).exit_code);
+  const int done = Json::parse(read("out/metrics.json"))["frames"];
+  ASSERT_GE(done, 2);
+  const std::string before = read("out/map.pmap");
+  ProgramOptions options;
+  options.while_running = [](pid_t child, const std::string& err) {
+    if (err.find("\"done\":1") != std::string::npos) ::kill(child, SIGKILL);
+  };
+  const std::vector<std::string> resume =
+      joined(longRun("out", 400), {"--resume", "--checkpoint", "0"});
+  EXPECT_EQ(SIGKILL, planarMap(resume, options).signal);
+  EXPECT_GE(Json::parse(read("out/metrics.json"))["frames"], done);
+  EXPECT_GE(read("out/map.pmap").size(), before.size() / 2);
+  expectExit(4, planarMap(joined(resume, {"--set", "pass_through.max_m=7"})));
 }
 
 TEST_F(Interruption, NamesWithNewlinesAreResumed) {
@@ -74,7 +108,6 @@ TEST_F(Interruption, NamesWithNewlinesAreResumed) {
       "run", config("pcd_sequence.yaml"), "-i", first,        "-i",    first,          "-i", first,
       "-o",  directory_ / "out",          "-q", "--progress", "jsonl", "--checkpoint", "0"};
   planarMap(arguments, signalAfterAFrame(SIGKILL));
-  ASSERT_TRUE(exists("out/run.state"));
   expectExit(0, planarMap(joined(arguments, {"--resume"})));
   EXPECT_EQ(3, Json::parse(read("out/metrics.json"))["frames"]);
 }

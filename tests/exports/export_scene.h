@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/base/random.h"
+#include "planar_mapping/io/export/exported_map.h"
 #include "temporary_directory.h"
 
 // What exports are tried on: turned cuboids of all kinds, and what a reader should find of them.

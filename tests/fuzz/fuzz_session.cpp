@@ -7,8 +7,8 @@
 #include <future>
 
 #include "fuzz.h"
-#include "planar_mapping/transport/message.h"
 #include "planar_mapping/transport/frame_listener.h"
+#include "planar_mapping/transport/message.h"
 #include "transport_frames.h"
 
 using namespace planar_mapping;

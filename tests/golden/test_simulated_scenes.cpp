@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/planes/multi_plane.h"
 #include "evaluation/simulation/simulation.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace {

@@ -201,16 +201,16 @@ TEST(RealMotion, AGivenPoseThatContradictsTheImagesIsNamed) {
   for (const double off : {0.0, 0.5}) {
     Configuration configuration = test::readyConfiguration("rgbd_indoor.yaml");
     configuration.inputs.push_back(test::realData("rgbd_icl_livingroom"));
-    configuration.frames.last = 7;
+    configuration.frames.last = 4;
     SequenceSource frames(configuration);
     Pipeline pipeline(std::move(configuration));
     std::string warnings;
     while (std::optional<Frame> frame = frames.next()) {
-      if (frame->number == 4) frame->given_pose->translation().x() += off;
+      if (frame->number == 2) frame->given_pose->translation().x() += off;
       pipeline.process(*frame);
       for (const std::string& warning : frame->warnings) warnings += warning + "\n";
     }
-    EXPECT_EQ(off > 0.0, warnings.find("frame 4 ") != std::string::npos) << warnings;
+    EXPECT_EQ(off > 0.0, warnings.find("frame 2 ") != std::string::npos) << warnings;
     EXPECT_EQ(off > 0.0, warnings.find("contradicts the images") != std::string::npos);
   }
 }
@@ -241,24 +241,12 @@ TEST(RealMotion, DepthOfAnotherMomentPlacesNoFrame) {
   EXPECT_EQ(4u, views.skipped);
 }
 
-TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
+TEST(RealMotion, DepthOfAnotherMomentIsNotMapped) {
   SKIP_IF_MISSING("rgbd_tum_cabinet");
   const TemporaryDirectory folder;
   delayColor("rgbd_tum_cabinet", folder.path());
   const RealRun without_poses = travel("rgbd_indoor.yaml", {folder.path()}, 0, 24);
-  const RealRun with_poses = travel("rgbd_indoor.yaml", {folder.path()}, 0, 24, 1, 1, true, "use");
   EXPECT_GE(without_poses.skipped, 20u);
-  EXPECT_NE(std::string::npos, with_poses.warnings.find("contradicts the images"));
-}
-
-TEST(RealMotion, DepthThatNeverMeetsTheColourIsNamed) {
-  SKIP_IF_MISSING("rgbd_icl_livingroom");
-  for (const std::size_t by : {0, 3}) {
-    const TemporaryDirectory folder;
-    delayColor("rgbd_icl_livingroom", folder.path(), by);
-    const RealRun mapped = travel("rgbd_indoor.yaml", {folder.path()}, 0, 32, 2, 1, true, "use");
-    EXPECT_EQ(by > 0, mapped.warnings.find("meet none of the colour") != std::string::npos);
-  }
 }
 
 TEST(RealMotion, ThreadsDoNotChangeIt) {

@@ -37,17 +37,13 @@ class Spy : public Stage {
     }
     if (kKind == StageKind::Motion) frame.T_world_sensor.translation().x() = 7.0;
     if (!skip_.empty()) frame.skip_reason = skip_;
-    ++frames_;
   }
-  std::string saveState() const override { return std::to_string(frames_); }
-  void loadState(const std::string& bytes) override {
-    frames_ = std::stoi(bytes);
-    if (frames_ > 0) seen_by_stages.push_back(name_ + " remembers " + bytes);
+  bool usesKeyFeatures(const Frame& frame) const override {
+    return kKind == StageKind::Motion && !frame.given_pose;
   }
 
  private:
   std::string name_;
-  int frames_ = 0;
   std::string skip_;
 };
 
@@ -79,6 +75,7 @@ Frame frameOf(std::size_t number, std::uint8_t gray = 0) {
   frame.source = "test";
   frame.cloud = pcl::make_shared<FrameCloud>();
   frame.camera = PinholeCamera();
+  frame.camera->fx = frame.camera->fy = 100.0;
   frame.baseline = 0.1;
   frame.images.left.width = 4;
   frame.images.left.height = 1;
@@ -140,35 +137,33 @@ TEST(Sections, FrontEndAndTheRestInTwoPipelinesEqualOne) {
             seen_by_stages);
 }
 
-TEST(Sections, ContinuesWhereAnotherPipelineStopped) {
-  Pipeline first = parsedPipeline();
-  Frame frame = frameOf(0, 50);
-  first.process(frame);
-  const std::string state = first.saveState();
-  Pipeline second = parsedPipeline();
-  second.loadState(state, first.map());
-  EXPECT_EQ((Notes{"images adapts to 0 of stereo", "features adapts to 3 of stereo",
-                   "motion adapts to 3 of stereo", "points adapts to 3 of stereo",
-                   "map adapts to 3 of stereo", "images remembers 1", "features remembers 1",
-                   "motion remembers 1", "points remembers 1", "map remembers 1"}),
-            seen_by_stages);
-  seen_by_stages.clear();
-  Frame same = frameOf(1, 50);
-  EXPECT_NE(std::string::npos, second.process(same).skip_reason.find("frozen"));
-  Frame next = frameOf(2, 51);
-  EXPECT_EQ("", second.process(next).skip_reason);
-  EXPECT_EQ((Notes{"images 2", "features 2", "motion 2", "points 2", "map 2"}), seen_by_stages);
-  EXPECT_EQ(state.size(), second.saveState().size());
+/// A given pose needs no features; for another process they are found all the same.
+TEST(Sections, FeaturesAreFoundOnlyWhereAStageUsesThem) {
+  Pipeline pipeline = parsedPipeline();
+  Frame frame = frameOf(0);
+  frame.given_pose = Pose::Identity();
+  pipeline.process(frame);
+  EXPECT_EQ(0, std::count(seen_by_stages.begin(), seen_by_stages.end(), "features 0"));
+  EXPECT_EQ("map 0", seen_by_stages.back());
+  Frame sent = frameOf(1);
+  sent.given_pose = Pose::Identity();
+  pipeline.processFrontEnd(sent);
+  EXPECT_EQ("features 1", seen_by_stages.back());
+  Frame lost = frameOf(2);
+  pipeline.process(lost);
+  EXPECT_EQ(1, std::count(seen_by_stages.begin(), seen_by_stages.end(), "features 2"));
 }
 
-TEST(Sections, StateOfOtherStagesIsRefused) {
-  const std::string state = parsedPipeline().saveState();
+TEST(Sections, ReportSaysHowManyPointsEachStageRemoved) {
   StageTable table;
+  registerBuiltinStages(table);
   add<StageKind::Map>(table, "map");
-  Pipeline other(parseConfiguration("version: 1\nstages:\n  - stage: map\n", "test", table));
-  EXPECT_THROW(other.loadState(state, PlanarMap()), Error);
-  Pipeline same = parsedPipeline();
-  EXPECT_THROW(same.loadState(state.substr(0, state.size() - 1), PlanarMap()), Error);
+  Pipeline pipeline(parseConfiguration(
+      "version: 1\nstages:\n  - stage: pass_through\n    max_m: 1.5\n  - stage: map\n", "test",
+      table));
+  Frame frame = frameOf(0);
+  for (const float z : {1.0f, 2.0f, 3.0f}) frame.cloud->push_back({0.0f, 0.0f, z});
+  EXPECT_EQ((std::vector<std::size_t>{2, 0}), pipeline.process(frame).stage_removed);
 }
 
 TEST(Sections, DisabledStageIsLeftOut) {

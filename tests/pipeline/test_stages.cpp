@@ -10,8 +10,8 @@
 
 #include "cli_fixture.h"
 #include "pipeline_frames.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "ring_scan.h"
 
 namespace planar_mapping {
@@ -361,7 +361,7 @@ TEST(Stages, MotionIsFoundWithoutThePointsThatAreCutBeforeIt) {
 
 TEST(Stages, VerticalOfACameraThatLooksDownIsThatOfAllItsPoses) {
   const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 1.0));
-  const auto verticalWith = [&](const std::optional<Vector3>& mean_up) {
+  const auto verticalWith = [&](const std::optional<ImagesUp>& mean_up) {
     Frame frame = frameOf(view);
     Pipeline pipeline = pipelineOf(
         "  - stage: multi_plane_segmentation\n"
@@ -372,7 +372,7 @@ TEST(Stages, VerticalOfACameraThatLooksDownIsThatOfAllItsPoses) {
   };
   // Its image has upwards nearer to an axis across than to z.
   EXPECT_LT(verticalWith(std::nullopt).z(), 0.5);
-  EXPECT_EQ(verticalWith(Vector3(0.1, -0.2, 0.4)), Vector3::UnitZ());
+  EXPECT_EQ(verticalWith(ImagesUp{Vector3(0.1, -0.2, 0.4), false}), Vector3::UnitZ());
 }
 
 }  // namespace

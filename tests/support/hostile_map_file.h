@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::test {

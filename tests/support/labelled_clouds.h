@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "evaluation/metrics/plane_quality.h"
+#include "evaluation/simulation/simulation.h"
 #include "furnished_room.h"
 #include "planar_mapping/base/types.h"
-#include "evaluation/simulation/simulation.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/depth_image.h"

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping::test {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "map_scene.h"
 #include "evaluation/simulation/simulation.h"
+#include "map_scene.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping::test {

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/grid/frame_cells.h"
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/beliefs/occupancy.h"
+#include "planar_mapping/grid/frame_cells.h"
 
 namespace planar_mapping::detail {
 

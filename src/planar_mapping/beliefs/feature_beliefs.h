@@ -90,11 +90,6 @@ class PLANAR_MAPPING_EXPORT FeatureBeliefs {
   std::size_t frames() const { return static_cast<std::size_t>(frame_); }
   /// Forgets everything but the parameters.
   void clear();
-  /// What is kept between frames: see core/base/detail/state_archive.h.
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(known_, T_sensor_chain_, chain_covariance_, chain_, frame_);
-  }
 
  private:
   struct Track {
@@ -104,11 +99,6 @@ class PLANAR_MAPPING_EXPORT FeatureBeliefs {
     Matrix6 covariance = Matrix6::Zero();    ///< of the chain up to that frame
     std::int64_t chain = 0;                  ///< an unknown motion starts a new chain
     std::int64_t frame = 0;
-
-    template <typename Archive>
-    void visitState(Archive& archive) {
-      archive(belief, position, T_sensor_chain, covariance, chain, frame);
-    }
   };
 
   /// The motion since a frame.

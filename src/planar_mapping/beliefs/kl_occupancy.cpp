@@ -7,11 +7,10 @@
 #include <unordered_map>
 #include <utility>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/beliefs/dense_features.h"
 #include "planar_mapping/beliefs/tracked_cells.h"
-#include "planar_mapping/base/state_archive.h"
-#include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/cloud_scale.h"
 
 namespace planar_mapping {
@@ -93,10 +92,6 @@ class CellBeliefs {
     summary.unseen = known_.size() - summary.created - summary.updated;
     return summary;
   }
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(known_, frame_);
-  }
 
  private:
   struct Belief {
@@ -120,12 +115,6 @@ struct KlOccupancy::Impl {
   bool has_before = false;  ///< a frame taken by tracks, ...
   std::optional<Pose> T_world_before;
   bool before_is_last = false;  ///< ... which is the one before
-
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(tracks, cell_beliefs, has_before, T_world_before, before_is_last, found_axis);
-    if constexpr (Archive::kReads) useParams();
-  }
 
   void useParams() {
     occupancy = params.beliefs.occupancy;
@@ -220,13 +209,6 @@ void KlOccupancy::reset() {
   impl_->cell_beliefs = CellBeliefs();
   impl_->has_before = impl_->before_is_last = false;
   impl_->found_axis.reset();
-}
-
-std::string KlOccupancy::saveState() const {
-  return detail::stateOf(*impl_);
-}
-void KlOccupancy::loadState(std::string_view bytes) {
-  detail::restoreState(*impl_, bytes);
 }
 
 KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,

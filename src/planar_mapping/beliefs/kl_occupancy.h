@@ -11,8 +11,8 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
-#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/beliefs/feature_beliefs.h"
+#include "planar_mapping/geometry/camera.h"
 
 namespace planar_mapping {
 
@@ -120,12 +120,6 @@ class PLANAR_MAPPING_EXPORT KlOccupancy {
   const FeatureBeliefs& tracks() const;
   /// Forgets all beliefs; parameters stay.
   void reset();
-  /// What is remembered of the frames before, for another process to continue with; bytes of the
-  /// same build.
-  std::string saveState() const;
-  /// Into an object with the same parameters: it goes on as the other would have, bit for bit.
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes);
 
  private:
   struct Impl;

@@ -8,9 +8,9 @@
 #include <limits>
 #include <string>
 
-#include "planar_mapping/base/point_indices.h"
-#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
+#include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/geometry/angles.h"
 
 namespace planar_mapping {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/grid/frame_cells.h"
 #include "planar_mapping/beliefs/dense_features.h"
 #include "planar_mapping/beliefs/kl_occupancy.h"
+#include "planar_mapping/grid/frame_cells.h"
 
 namespace planar_mapping::detail {
 

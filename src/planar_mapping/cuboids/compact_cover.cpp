@@ -6,9 +6,9 @@
 #include <string>
 #include <tuple>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/cuboids/cover/lattice_cover.h"
 #include "planar_mapping/cuboids/plane_cover.h"
-#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

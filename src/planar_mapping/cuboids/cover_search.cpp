@@ -4,9 +4,9 @@
 #include <numeric>
 #include <utility>
 
+#include "planar_mapping/base/disjoint_parts.h"
 #include "planar_mapping/cuboids/cover_window.h"
 #include "planar_mapping/cuboids/plane_cover.h"
-#include "planar_mapping/base/disjoint_parts.h"
 
 namespace planar_mapping {
 namespace {

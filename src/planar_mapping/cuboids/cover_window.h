@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/cuboids/cover/lattice_cover.h"
 #include "planar_mapping/cuboids/compact_cover.h"
+#include "planar_mapping/cuboids/cover/lattice_cover.h"
 
 namespace planar_mapping::detail {
 

@@ -30,7 +30,8 @@ struct PLANAR_MAPPING_EXPORT CuboidApproximationParams {
   double absorption = 0.5;
   /// [ours] compact: a plane's rectangle of fewer cells of its own is left to the boxes, >= 0
   double rectangle_cells = 4.0;
-  Vector3 up = Vector3::UnitZ();  ///< up in the world: the first axis of a plane's cuboid is horizontal
+  Vector3 up =
+      Vector3::UnitZ();  ///< up in the world: the first axis of a plane's cuboid is horizontal
   int threads = 1;
 
   /// \throws ParameterError

@@ -7,10 +7,10 @@
 #include <tuple>
 #include <utility>
 
-#include "planar_mapping/cuboids/plane_cover.h"
-#include "planar_mapping/grid/cell_table.h"
 #include "planar_mapping/cuboids/compact_cover.h"
+#include "planar_mapping/cuboids/plane_cover.h"
 #include "planar_mapping/geometry/plane_moments.h"
+#include "planar_mapping/grid/cell_table.h"
 
 namespace planar_mapping {
 namespace {

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/base/point_indices.h"
-#include "planar_mapping/geometry/cloud_sample.h"
 #include "planar_mapping/base/lists.h"
-#include "planar_mapping/geometry/cloud_scale.h"
+#include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/geometry/cloud_sample.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 
 namespace planar_mapping {
 namespace {

@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/geometry/cloud_sample.h"
 #include "planar_mapping/geometry/point_sums.h"
-#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,9 +7,9 @@
 #include <limits>
 #include <utility>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/ground/ground_model.h"
-#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 namespace {

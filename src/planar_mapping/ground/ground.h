@@ -123,11 +123,6 @@ class PLANAR_MAPPING_EXPORT GroundTracker {
                 const Pose& T_world_sensor = Pose::Identity());
   /// Forgets where the ground is; parameters stay.
   void reset() { *this = GroundTracker(params_); }
-  /// What is kept between frames: see core/base/detail/state_archive.h.
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(up_, level_, levels_);
-  }
 
  private:
   Ground findExpected(const PointsView& points, const Indices* indices, double altitude,

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "planar_mapping/base/point_indices.h"
-#include "planar_mapping/ground/ground_model.h"
 #include "planar_mapping/base/gather_points.h"
 #include "planar_mapping/base/parallel.h"
+#include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/base/simd.h"
+#include "planar_mapping/ground/ground_model.h"
 
 namespace planar_mapping::detail {
 namespace {

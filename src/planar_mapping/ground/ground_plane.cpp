@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "planar_mapping/base/point_indices.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/base/simd.h"
 #include "planar_mapping/geometry/point_sums.h"
 #include "planar_mapping/grid/cell_table.h"
 #include "planar_mapping/ground/ground_model.h"
-#include "planar_mapping/base/random.h"
-#include "planar_mapping/base/simd.h"
 
 namespace planar_mapping::detail {
 namespace {

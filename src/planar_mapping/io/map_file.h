@@ -19,8 +19,8 @@ PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path
 /// map.pmap where \p path is the result folder of a run, else the path itself.
 PLANAR_MAPPING_EXPORT std::string mapFileOf(const std::string& path);
 
-/// Reads a .pmap file, or that of a result folder, of version 5; those of earlier versions are refused. Whatever the file holds,
-/// no more than 1 MiB + 256 times its size is unpacked from it.
+/// Reads a .pmap file, or that of a result folder, of version 5; those of earlier versions are
+/// refused. Whatever the file holds, no more than 1 MiB + 256 times its size is unpacked from it.
 /// \param threads  PlanarMap::deserialize(); 0 = all cores
 /// \throws IoError if the file is missing, unreadable, cut short, damaged, of another version or no
 ///         map

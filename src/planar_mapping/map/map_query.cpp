@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/map/planar_map_impl.h"
-#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/geometry/oriented_box.h"
+#include "planar_mapping/map/planar_map_impl.h"
 
 namespace planar_mapping {
 namespace {
@@ -160,20 +160,28 @@ constexpr double kOnFace = 1e-9;
 
 }  // namespace
 
-CellState PlanarMap::stateAt(const Vector3& point) const {
+namespace {
+
+/// State of a point that no cuboid holds.
+CellState stateOfSpace(const detail::MapData& map, const Vector3& point) {
   if (!point.allFinite()) return CellState::Unknown;
+  const Vector3 cell = (point / map.unknownResolution()).array().floor();
+  const bool is_unknown = cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit
+                              ? map.space.isUnknown(detail::toInt3(cell))
+                              : map.space.isUnseenUnknown();
+  return is_unknown ? CellState::Unknown : CellState::Free;
+}
+
+}  // namespace
+
+CellState PlanarMap::stateAt(const Vector3& point) const {
   const Impl::Occupied known = impl_->occupied();
   bool occupied = false;
   known.index.visit(point, kOnFace, [&](std::uint32_t i) {
     occupied = contains(known.cuboids[i], point, kOnFace);
     return !occupied;
   });
-  if (occupied) return CellState::Occupied;
-  const Vector3 cell = (point / impl_->data.unknownResolution()).array().floor();
-  if (!(cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit)) {
-    return impl_->data.space.isUnseenUnknown() ? CellState::Unknown : CellState::Free;
-  }
-  return impl_->data.space.isUnknown(detail::toInt3(cell)) ? CellState::Unknown : CellState::Free;
+  return occupied ? CellState::Occupied : stateOfSpace(impl_->data, point);
 }
 
 double PlanarMap::occupancyAt(const Vector3& point) const {
@@ -186,7 +194,7 @@ double PlanarMap::occupancyAt(const Vector3& point) const {
     return true;
   });
   if (belief >= 0.0) return belief;
-  return stateAt(point) == CellState::Unknown ? 0.5 : 0.0;
+  return stateOfSpace(impl_->data, point) == CellState::Unknown ? 0.5 : 0.0;
 }
 
 Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {

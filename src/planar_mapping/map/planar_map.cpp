@@ -7,10 +7,10 @@
 #include <limits>
 #include <string>
 
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/map/integration/frame.h"
 #include "planar_mapping/map/planar_map_impl.h"
-#include "planar_mapping/base/parallel.h"
-#include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
 

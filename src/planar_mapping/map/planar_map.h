@@ -100,8 +100,8 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   const std::vector<Cuboid>& cuboids() const;
   /// Number of cuboids(), without making their list.
   std::size_t cuboidCount() const;
-  /// Cubes of 64 x 64 x 64 cells with so much clutter that boxes are swept over it one after the other
-  /// (profile Compact); 0 in a finished map.
+  /// Cubes of 64 x 64 x 64 cells with so much clutter that boxes are swept over it one after the
+  /// other (profile Compact); 0 in a finished map.
   std::size_t clutteredRegions() const;
   /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged. With
   /// Unseen::Unknown, where it has no end, the part within bounds().

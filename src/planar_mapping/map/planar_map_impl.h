@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "planar_mapping/map/cuboids/compaction.h"
-#include "planar_mapping/map/file/map_record.h"
 #include "planar_mapping/map/cuboids/cuboid_index.h"
+#include "planar_mapping/map/file/map_record.h"
 #include "planar_mapping/map/store/map_data.h"
 
 namespace planar_mapping {

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/pipeline/configuration_reader.h"
 
 namespace planar_mapping {
 namespace {
@@ -139,6 +140,9 @@ std::string effectiveYaml(const Configuration& configuration) {
   yaml += "threads: " + std::to_string(settings.threads) + "\n";
   if (configuration.scale != 1.0)
     yaml += "scale: " + toYaml(ParameterValue(configuration.scale)) + "\n";
+  for (const auto& [word, axis] : detail::upAxes()) {
+    if (axis && axis == settings.up) yaml += "up: " + word + "\n";
+  }
   appendList(yaml, "inputs", configuration.inputs);
   if (!configuration.poses.empty())
     yaml += "poses: " + toYaml(ParameterValue(configuration.poses)) + "\n";

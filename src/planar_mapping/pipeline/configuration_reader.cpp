@@ -14,9 +14,21 @@ namespace {
 
 const std::vector<std::string> kTopKeys = {"version", "profile", "seed",        "threads",
                                            "inputs",  "poses",   "calibration", "frames",
-                                           "plugins", "scale",   "stages"};
+                                           "plugins", "scale",   "stages",      "up"};
 
 }  // namespace
+
+const std::vector<std::pair<std::string, std::optional<Vector3>>>& upAxes() {
+  static const std::vector<std::pair<std::string, std::optional<Vector3>>> axes = {
+      {"auto", std::nullopt},
+      {"x", Vector3(Vector3::UnitX())},
+      {"y", Vector3(Vector3::UnitY())},
+      {"z", Vector3(Vector3::UnitZ())},
+      {"-x", Vector3(-Vector3::UnitX())},
+      {"-y", Vector3(-Vector3::UnitY())},
+      {"-z", Vector3(-Vector3::UnitZ())}};
+  return axes;
+}
 
 ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& table,
                                          const ConfigurationOverrides& overrides, bool with_plugins)
@@ -30,6 +42,7 @@ ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& ta
                  {{"paper", Profile::Paper}, {"compact", Profile::Compact}}, "");
   settings_.integer("version", version_, Range::between(1, Configuration::kVersion), "");
   settings_.integer("seed", seed_, Range::between(0, RunSettings::kLargestSeed), "");
+  settings_.word("up", configuration_.settings.up, upAxes(), "");
   settings_.integer("threads", configuration_.settings.threads, Range::between(0, 1024), "");
   settings_.number("scale", configuration_.scale, Range::between(1e-6, 1e6), "");
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,9 @@
 #include "planar_mapping/pipeline/yaml_source.h"
 
 namespace planar_mapping::detail {
+
+/// The words of the key `up`: axes of the world, absent = auto.
+const std::vector<std::pair<std::string, std::optional<Vector3>>>& upAxes();
 
 /// Walks the YAML tree of one configuration and collects every problem before it gives up.
 class ConfigurationReader {

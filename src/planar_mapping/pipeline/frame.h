@@ -12,13 +12,13 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
+#include "planar_mapping/beliefs/feature_beliefs.h"
 #include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/geometry/cloud_scale.h"
-#include "planar_mapping/beliefs/feature_beliefs.h"
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 
@@ -98,6 +98,7 @@ struct Frame {
   FrameUpdate update;                      ///< what the insertion did
   std::vector<FrameStatistic> statistics;  ///< of the stages, for frames.csv
   std::vector<double> stage_ms;            ///< of the stages so far, as the configuration has them
+  std::vector<std::size_t> stage_removed;  ///< points that each of them removed, ground apart
   std::vector<std::string> notes;          ///< for run.log
   std::vector<std::string> warnings;       ///< the result is degraded
 };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
+#include "planar_mapping/ground/up.h"
 #include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/pipeline/frame.h"
 
@@ -28,9 +29,9 @@ class PLANAR_MAPPING_EXPORT FrameSource {
   /// Where poses come from. With PoseSource::None the configuration needs a Motion stage.
   /// May wait for the other process.
   virtual io::PoseSource poseSource() const = 0;
-  /// Where images have upwards, on average over all frames that next() is going to give: world
-  /// frame, of any length. Nothing where their poses are not known beforehand, or not given.
-  virtual std::optional<Vector3> meanUp() const;
+  /// Where images have upwards, on average over all frames that next() is going to give. Nothing
+  /// where their poses are not known beforehand, or not given.
+  virtual std::optional<ImagesUp> meanUp() const;
   /// Frames that next() is going to give in all, where that is known.
   virtual std::optional<std::size_t> size() const = 0;
   /// The next frame, or nothing at the end, or where the source was told to stop. `number`,
@@ -40,10 +41,6 @@ class PLANAR_MAPPING_EXPORT FrameSource {
   /// next. Frames that went through the front-end elsewhere have `front_end_done`.
   /// \throws IoError, InputError if no further frame can be had; what was done so far is saved
   virtual std::optional<Frame> next() = 0;
-  /// Leaves out the next frames: an earlier run has them. Unless overridden it reads them.
-  /// \return how many there were, at most \p count
-  /// \throws as next()
-  virtual std::size_t skip(std::size_t count);
 };
 
 }  // namespace planar_mapping

@@ -48,7 +48,6 @@ class FrontEndSource : public SequenceSource {
     if (frame) pipeline_.processFrontEnd(*frame);
     return frame;
   }
-  std::size_t skip(std::size_t count) override { return FrameSource::skip(count); }
 
  private:
   Pipeline pipeline_;

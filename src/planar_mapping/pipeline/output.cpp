@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
@@ -24,7 +23,6 @@ namespace fs = std::filesystem;
 constexpr const char* kLock = ".lock";
 constexpr const char* kSaving = ".saving";  ///< a commit that is not complete
 constexpr const char* kSaved = ".saved";    ///< one that is, on the way to its place
-constexpr const char* kManifest = "manifest.json";
 
 [[noreturn]] void fail(const std::string& path, const std::string& action, int error_number) {
   throw OutputError(path + ": " + action + ": " + std::generic_category().message(error_number));
@@ -43,18 +41,6 @@ bool createDirectory(const std::string& path) {
   return is_new;
 }
 
-/// What the manifest says of a file.
-struct Checksum {
-  std::size_t bytes = 0;
-  std::uint32_t crc32 = 0;
-
-  void add(std::string_view part) {
-    bytes += part.size();
-    crc32 = detail::crc32(crc32, reinterpret_cast<const std::uint8_t*>(part.data()), part.size());
-  }
-  nlohmann::ordered_json json() const { return {{"bytes", bytes}, {"crc32", crc32}}; }
-};
-
 /// Of a killed process: `.NAME.<pid>-<n>.tmp`.
 bool isTemporaryOf(const std::string& file, const std::string& name) {
   const std::string start = "." + name + ".";
@@ -68,20 +54,25 @@ bool isTemporaryOf(const std::string& file, const std::string& name) {
 }
 
 /// Writes a file and reads it back.
-Checksum writeChecked(const std::string& folder, const OutputFile& content) {
+void writeChecked(const std::string& folder, const OutputFile& content) {
   const std::string path = folder + content.name;
-  Checksum written;
+  struct Checksum {
+    std::size_t bytes = 0;
+    std::uint32_t crc = 0;
+    void add(std::string_view part) {
+      bytes += part.size();
+      crc = detail::crc32(crc, reinterpret_cast<const std::uint8_t*>(part.data()), part.size());
+    }
+  } written, found;
   io::AtomicFile file(path, io::Overwrite::Allow);
   content.write([&](std::string_view part) {
     written.add(part);
     file.write(part);
   });
   file.commit();
-  Checksum read;
-  io::readFile(path, [&read](std::string_view part) { read.add(part); });
-  if (read.bytes != written.bytes || read.crc32 != written.crc32)
+  io::readFile(path, [&found](std::string_view part) { found.add(part); });
+  if (found.crc != written.crc || found.bytes != written.bytes)
     throw OutputError(path + ": what was read back is not what was written; is the disk faulty?");
-  return written;
 }
 
 }  // namespace
@@ -181,10 +172,7 @@ void OutputDirectory::commit(const std::vector<OutputFile>& files) const {
     std::error_code error;
     fs::create_directory(saving, error);
     if (error) fail(saving, "cannot be made", error.value());
-    nlohmann::ordered_json manifest = {{"version", 1}};
-    for (const OutputFile& file : files)
-      manifest["files"][file.name] = writeChecked(saving, file).json();
-    writeChecked(saving, {kManifest, manifest.dump(2) + "\n"});
+    for (const OutputFile& file : files) writeChecked(saving, file);
     if (std::rename(saving.c_str(), pathOf(kSaved).c_str()) != 0)
       fail(path_, "cannot be written", errno);
   } catch (const Error& problem) {
@@ -209,9 +197,6 @@ void OutputDirectory::moveIntoPlace() const {
   for (const auto& entry : fs::directory_iterator(saved, error))
     names.push_back(entry.path().filename().string());
   if (error) fail(saved, "cannot be read", error.value());
-  // The manifest last: as long as it is not in place, it says nothing wrong of the files there.
-  std::stable_partition(names.begin(), names.end(),
-                        [](const std::string& name) { return name != kManifest; });
   for (const std::string& name : names) {
     if (std::rename((saved + name).c_str(), pathOf(name).c_str()) != 0)
       fail(pathOf(name), "cannot be written", errno);
@@ -219,27 +204,6 @@ void OutputDirectory::moveIntoPlace() const {
   io::syncDirectory(path_);
   fs::remove(saved, error);
   if (error) fail(saved, "cannot be removed", error.value());
-}
-
-std::string OutputDirectory::read(const std::string& name) const {
-  const auto textOf = [this](const std::string& file) {
-    try {
-      return io::readWholeText(pathOf(file));
-    } catch (const IoError& error) {
-      throw InputError(error.what());
-    }
-  };
-  const auto manifest = nlohmann::json::parse(textOf(kManifest), nullptr, false);
-  const nlohmann::json none;
-  const nlohmann::json& files = manifest.is_object() ? manifest.value("files", none) : none;
-  std::string content = textOf(name);
-  Checksum checksum;
-  checksum.add(content);
-  if (!files.is_object() || !files.contains(name) ||
-      files[name] != nlohmann::json(checksum.json())) {
-    throw InputError(name + " is not the file that " + kManifest + " speaks of");
-  }
-  return content;
 }
 
 std::string OutputDirectory::pathOf(const std::string& name) const {

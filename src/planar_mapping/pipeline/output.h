@@ -43,7 +43,7 @@ struct OutputFile {
 /// directory has, after the next OutputDirectory was made of it, all of the new files or all of the
 /// old ones. New files are written to the folder `.saving`, flushed and read back; renaming that to
 /// `.saved` is the commit; then each file is moved to its place, which the next run does if this
-/// one cannot. `manifest.json` has size and CRC-32 of each file.
+/// one cannot.
 class PLANAR_MAPPING_EXPORT OutputDirectory {
  public:
   /// Makes and locks the directory, ends a commit that was cut off, removes temporary files of
@@ -58,13 +58,10 @@ class PLANAR_MAPPING_EXPORT OutputDirectory {
 
   /// One file. \throws OutputError; an earlier file of that name is then as it was
   void write(const std::string& name, std::string_view content) const;
-  /// All these files and manifest.json, or none.
+  /// All these files, or none.
   /// \throws OutputError; the earlier files are then as they were, unless the message says that the
   ///         new ones are going to be moved to their places
   void commit(const std::vector<OutputFile>& files) const;
-  /// A file of the last commit.
-  /// \throws InputError if it is missing or not the one that was committed
-  std::string read(const std::string& name) const;
   std::string pathOf(const std::string& name) const;
   const std::string& path() const { return path_; }
 

@@ -13,15 +13,13 @@
 #include <string_view>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/pipeline/rounded.h"
+#include "planar_mapping/pipeline/run_summary.h"
 #include "planar_mapping/pipeline/vertical.h"
 
 namespace planar_mapping {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr std::size_t kMaxLeftOut = 8;  ///< frames that wait for their place
 
 double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -63,77 +61,18 @@ void adaptStage(const ConfiguredStage& stage, const CloudScale& scale, const std
   } catch (const InputError& error) {
     throw InputError(source + ": " + error.what());
   } catch (const ParameterError& error) {
+    const std::string resolution =
+        scale.resolution ? " at resolution_m = " + formatNumber(*scale.resolution) : "";
     throw InputError(source + ": this input, " + formatNumber(scale.extent) +
                      " m across, leaves no value of " + stage.name + " that can be used" +
-                     (scale.resolution ? " at resolution_m = " + formatNumber(*scale.resolution)
-                                       : std::string()) +
-                     ": " + error.what() + "; is it in metres? scale it, or write " +
+                     resolution + ": " + error.what() + "; is it in metres? scale it, or write " +
                      (scale.resolution ? "another resolution_m or " : "") +
                      "the value into the configuration");
   }
 }
 
-}  // namespace
-
-Pipeline::Pipeline(Configuration configuration)
-    : configuration_(std::move(configuration)),
-      front_end_size_(sizeThrough(configuration_, {StageKind::Images, StageKind::Features})),
-      sensing_size_(std::max(front_end_size_, sizeThrough(configuration_, {StageKind::Motion}))),
-      sensing_scales_(sensing_size_) {}
-
-FrameReport Pipeline::process(Frame& frame) {
-  return runSections(frame, false);
-}
-
-FrameReport Pipeline::processFrontEnd(Frame& frame) {
-  return runSections(frame, true);
-}
-
-FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
-  const Clock::time_point start = Clock::now();
-  frame.map = &map_;
-  frame.stage_ms.resize(configuration_.stages.size(), 0.0);
-  if (!frame.front_end_done) runFrontEnd(frame);
-  if (frame.images_changed) left_out_.clear();  // their images are aligned as before
-  if (!front_end_only) {
-    moveToOrigin(frame);
-    findUsablePoints(frame);
-    const bool sensed = frame.skip_reason.empty();
-    const bool waits = sensed && waitsForMore(frame);
-    if (waits)
-      frame.skip_reason = "hardly any pixel of its image has a depth (" +
-                          std::to_string(frame.points_valid) + "); the map begins with another";
-    const std::size_t statistics = frame.statistics.size();
-    runMapping(frame);
-    if (frame.skip_reason.empty()) {
-      tryAgain();
-    } else if (waits || (sensed && mapping_scale_ && hasStage(StageKind::Motion))) {
-      keepForLater(frame, statistics);
-    }
-  }
-  const double frame_ms = millisecondsSince(start);
-  countCuboids();
-  FrameReport result = report(frame);
-  result.frame_ms = frame_ms;
-  return result;
-}
-
-/// Coordinates of countries and the Earth are too large for cells: the map gets an origin of its
-/// own next to the first pose.
-void Pipeline::moveToOrigin(Frame& frame) {
-  constexpr double kFar = 10000.0;  // metres
-  constexpr double kStep = 1000.0;
-  if (!frame.given_pose) return;
-  if (!origin_) {
-    const Vector3 place = frame.given_pose->translation();
-    origin_ = (place.array().abs() > kFar).select(kStep * (place / kStep).array().round(), 0.0);
-  }
-  frame.given_pose->pretranslate(-*origin_);
-  frame.T_world_sensor = *frame.given_pose;
-}
-
 /// Motion stages take every finite point of the cloud.
-void Pipeline::hideRemoved(Frame& frame) {
+void hideRemovedPoints(Frame& frame) {
   if (!frame.skip_reason.empty()) return;
   if (frame.indices.empty()) frame.skip_reason = "no point is left to find its pose by";
   const auto hidden = pcl::make_shared<FrameCloud>(frame.cloud->width, frame.cloud->height,
@@ -147,102 +86,67 @@ void Pipeline::hideRemoved(Frame& frame) {
   frame.cloud = hidden;
 }
 
-void Pipeline::runMapping(Frame& frame) {
-  for (std::size_t i = front_end_size_; i < sensing_size_; ++i) {
-    runStage(i, frame);
-    const ConfiguredStage& stage = configuration_.stages[i];
-    if (stage.kind == StageKind::Points && stage.enabled) hideRemoved(frame);
-  }
-  if (frame.skip_reason.empty() && !mapping_scale_) {
-    CloudScale scale = knownScale(frame);
-    scale.has_sensor = !frame.pose_assumed || !isMerged(pointsOf(*frame.cloud), &frame.indices);
-    remarkOn(scale, frame);
-    detail::findVertical(mean_up_, scale, frame);
-    adaptMapping(scale, &frame);
-  }
-  if (frame.pose_assumed && frame.skip_reason.empty() && map_.frames() == 1 &&
-      frame.T_world_sensor.matrix() == Pose::Identity().matrix()) {
-    frame.warnings.push_back(
-        frame.source +
-        ": no VIEWPOINT, like the cloud before: both are taken to be seen from the same place; if "
-        "the sensor moved, --poses FILE says how, or motion_estimation.enabled=true finds it");
-  }
-  for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
+std::size_t pointsLeft(const Frame& frame) {
+  return frame.indices.size() + frame.ground.size();
 }
 
-/// \param statistics  how many there were before a Motion stage saw the frame
-void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
-  left_out_.push_back({frame, 0});
-  Frame& kept = left_out_.back().frame;
-  kept.statistics.resize(statistics);
-  kept.images.right = io::Image();
-  kept.images_changed = false;
-  kept.images.calibration.reset();
-  if (left_out_.size() > kMaxLeftOut) left_out_.erase(left_out_.begin());
-}
+}  // namespace
 
-/// The latest first: it sees most of what the frame that was placed sees, and the one before it
-/// most of what it sees.
-void Pipeline::tryAgain() {
-  constexpr int kMaxAttempts = 3;
-  std::vector<LeftOut> waiting;
-  for (std::size_t i = left_out_.size(); i-- > 0;) {
-    LeftOut& left_out = left_out_[i];
-    Frame frame = left_out.frame;
-    frame.skip_reason.clear();
-    frame.again = true;
-    frame.map = &map_;
-    runMapping(frame);
-    if (frame.skip_reason.empty()) {
-      const FrameReport placed = report(frame);
-      placed_again_.emplace_back(std::move(frame), placed);
-    } else if (++left_out.attempts < kMaxAttempts) {
-      waiting.insert(waiting.begin(), std::move(left_out));
-    }
+Pipeline::Pipeline(Configuration configuration)
+    : configuration_(std::move(configuration)),
+      front_end_size_(sizeThrough(configuration_, {StageKind::Images, StageKind::Features})),
+      sensing_size_(std::max(front_end_size_, sizeThrough(configuration_, {StageKind::Motion}))),
+      is_adapted_(sensing_size_, false) {}
+
+FrameReport Pipeline::process(Frame& frame) {
+  const Clock::time_point start = Clock::now();
+  if (!frame.front_end_done) runFrontEnd(frame, false);  // dense cloud, key features (III-B)
+  if (!usesKeyFeatures(frame)) frame.key_features.clear();
+  moveToOrigin(frame);
+  findUsablePoints(frame);
+  const std::size_t statistics = frame.statistics.size();
+  const bool is_usable = frame.skip_reason.empty();
+  const bool waits = is_usable && waitsForMore(frame);
+  if (waits)
+    frame.skip_reason = "hardly any pixel of its image has a depth (" +
+                        std::to_string(frame.points_valid) + "); the map begins with another";
+  runMotion(frame);   // its pose (Eq. 8)
+  runMapping(frame);  // ground, planes (III-C), beliefs (III-D, E), cuboids (III-F), map (IV)
+  if (frame.skip_reason.empty()) {
+    tryAgain();
+  } else if (waits || (is_usable && has_begun_ && hasStage(StageKind::Motion))) {
+    keepForLater(frame, statistics);
   }
-  left_out_ = std::move(waiting);
+  FrameReport result = report(frame);
+  result.frame_ms = millisecondsSince(start);
+  return result;
 }
 
-std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
-  return std::exchange(placed_again_, {});
+FrameReport Pipeline::processFrontEnd(Frame& frame) {
+  const Clock::time_point start = Clock::now();
+  runFrontEnd(frame, true);
+  FrameReport result = report(frame);
+  result.frame_ms = millisecondsSince(start);
+  return result;
 }
 
-void Pipeline::runFrontEnd(Frame& frame) {
+/// \param for_others  another process does the rest: it may use key features
+void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
   const std::uint64_t pictures = pictureFingerprint(frame);
   if (pictures != 0 && pictures == last_pictures_ && frame.skip_reason.empty())
     frame.skip_reason =
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";
   if (pictures != 0) last_pictures_ = pictures;
-  for (std::size_t i = 0; i < front_end_size_ && frame.skip_reason.empty(); ++i) {
-    if (configuration_.stages[i].enabled) configuration_.stages[i].stage->begin(frame);
-  }
-  for (std::size_t i = 0; i < front_end_size_; ++i) runStage(i, frame);
+  const bool with_features = for_others || usesKeyFeatures(frame);
+  const auto runs = [&](const ConfiguredStage& stage) {
+    return stage.enabled && (with_features || stage.kind != StageKind::Features);
+  };
+  const auto& stages = configuration_.stages;
+  for (std::size_t i = 0; i < front_end_size_ && frame.skip_reason.empty(); ++i)
+    if (runs(stages[i])) stages[i].stage->begin(frame);
+  for (std::size_t i = 0; i < front_end_size_; ++i)
+    if (runs(stages[i])) runStage(i, frame);
   frame.front_end_done = true;
-}
-
-void Pipeline::runStage(std::size_t index, Frame& frame) {
-  if (!frame.skip_reason.empty() || !configuration_.stages[index].enabled) return;
-  const Clock::time_point start = Clock::now();
-  Stage& stage = *configuration_.stages[index].stage;
-  if (index < sensing_size_ && !sensing_scales_[index])
-    adaptStage(configuration_.stages[index], sensing_scales_[index].emplace(knownScale(frame)),
-               frame.source);
-  try {
-    stage.process(frame);
-  } catch (const InputError& error) {
-    const std::string what = error.what();
-    if (what.find(frame.source) != std::string::npos) throw;
-    throw InputError(frame.source + ": " + what);
-  }
-#ifdef __GLIBC__
-  constexpr std::size_t kHuge = std::size_t{1} << 21;  // points; usual frames need it all again
-  if (frame.cloud->size() > kHuge) ::malloc_trim(0);
-#endif
-  frame.stage_ms[index] = millisecondsSince(start);
-}
-
-bool Pipeline::hasStage(StageKind kind) const {
-  return planar_mapping::hasStage(configuration_, kind);
 }
 
 void Pipeline::findUsablePoints(Frame& frame) const {
@@ -254,14 +158,62 @@ void Pipeline::findUsablePoints(Frame& frame) const {
     frame.skip_reason = "no point of its cloud is finite; check how it was recorded";
 }
 
-/// Whether a frame has far fewer points than images have, and a map that begins with it, and
-/// parameters that follow from it, would be no good to the frames after it.
-bool Pipeline::waitsForMore(const Frame& frame) const {
-  constexpr double kMinMeasured = 0.02;  // of the pixels
-  constexpr std::size_t kMaxWaits = 4;   // frames
-  return !mapping_scale_ && frame.camera && !frame.is_last && left_out_.size() < kMaxWaits &&
-         static_cast<double>(frame.points_valid) <
-             kMinMeasured * static_cast<double>(frame.points_input);
+void Pipeline::runMotion(Frame& frame) {
+  frame.map = &map_;
+  if (frame.images_changed) left_out_.clear();  // their images are aligned as before
+  for (std::size_t i = front_end_size_; i < sensing_size_; ++i) {
+    runStage(i, frame);
+    const ConfiguredStage& stage = configuration_.stages[i];
+    if (stage.kind == StageKind::Points && stage.enabled) hideRemovedPoints(frame);
+  }
+}
+
+void Pipeline::runMapping(Frame& frame) {
+  if (frame.skip_reason.empty() && !has_begun_) {
+    CloudScale scale = knownScale(frame);
+    scale.has_sensor = !frame.pose_assumed || !isMerged(pointsOf(*frame.cloud), &frame.indices);
+    detail::remarkOnFirst(frame, scale);
+    if (!configuration_.settings.up) detail::findVertical(mean_up_, scale, frame);
+    beginMap(frame, scale);
+  }
+  for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
+}
+
+void Pipeline::runStage(std::size_t index, Frame& frame) {
+  const ConfiguredStage& configured = configuration_.stages[index];
+  frame.stage_ms.resize(configuration_.stages.size(), 0.0);
+  frame.stage_removed.resize(configuration_.stages.size(), 0);
+  if (!frame.skip_reason.empty() || !configured.enabled) return;
+  const Clock::time_point start = Clock::now();
+  if (index < sensing_size_ && !is_adapted_[index]) {
+    adaptStage(configured, knownScale(frame), frame.source);
+    is_adapted_[index] = true;
+  }
+  const std::size_t points = pointsLeft(frame);
+  try {
+    configured.stage->process(frame);
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    if (what.find(frame.source) != std::string::npos) throw;
+    throw InputError(frame.source + ": " + what);
+  }
+  frame.stage_removed[index] = points - std::min(points, pointsLeft(frame));
+#ifdef __GLIBC__
+  constexpr std::size_t kHuge = std::size_t{1} << 21;  // points; usual frames need it all again
+  if (frame.cloud->size() > kHuge) ::malloc_trim(0);
+#endif
+  frame.stage_ms[index] = millisecondsSince(start);
+}
+
+bool Pipeline::hasStage(StageKind kind) const {
+  return planar_mapping::hasStage(configuration_, kind);
+}
+
+bool Pipeline::usesKeyFeatures(const Frame& frame) const {
+  return std::any_of(configuration_.stages.begin(), configuration_.stages.end(),
+                     [&frame](const ConfiguredStage& configured) {
+                       return configured.enabled && configured.stage->usesKeyFeatures(frame);
+                     });
 }
 
 /// Of the map, where the configuration says it.
@@ -282,6 +234,7 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
     scale.optical = false;
     scale.up = Vector3::UnitZ();
   }
+  scale.up = configuration_.settings.up.value_or(scale.up);
   if (frame.camera && frame.baseline) {
     scale.stereo = StereoNoise();
     scale.stereo->baseline = *frame.baseline;
@@ -290,49 +243,12 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
   return scale;
 }
 
-/// What is odd about the first cloud, in a sentence each.
-void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
-  constexpr double kMaxSpacing = 1.0;  // of points that a robot uses, metres
-  constexpr double kMaxRange = 100.0;
-  constexpr double kMinCells = 15.0;  // from the sensor to what is farthest
-  if (scale.resolution && scale.max_range < kMinCells * *scale.resolution) {
-    frame.warnings.push_back(
-        frame.source + ": 99 % of the points are nearer than " +
-        detail::rounded(scale.max_range, 2) + " m, few cells of " +
-        detail::rounded(*scale.resolution, 3) +
-        " m: what is open between them may be closed; "
-        "planar_cuboid_approximation.resolution_m=auto or a smaller one keeps it open");
-  }
-  if (!scale.stereo && scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {
-    frame.warnings.push_back(frame.source + ": the points are " +
-                             detail::rounded(scale.spacing, 1) + " apart and up to " +
-                             detail::rounded(scale.max_range, 1) +
-                             " from the sensor: if they are in millimetres, scale them by 0.001, "
-                             "in centimetres by 0.01; "
-                             "all lengths of the map are in the unit of the cloud");
-  }
-  if (!frame.pose_assumed) return;
-  if (scale.has_sensor) {
-    frame.notes.push_back(frame.source +
-                          ": no VIEWPOINT; the sensor is taken to be at the origin "
-                          "of the cloud");
-  } else {
-    frame.warnings.push_back(
-        frame.source +
-        ": no VIEWPOINT, and its points cannot have been seen from its origin: taken as merged of "
-        "many scans, of which no space is known to be free unless "
-        "planar_cuboid_approximation.unknown_space=true says so");
-  }
-}
-
-/// \param frame  the first to be mapped; null where a map is continued
-void Pipeline::adaptMapping(CloudScale scale, const Frame* frame) {
-  const std::string& source = frame != nullptr ? frame->source : configuration_.path;
-  mapping_scale_ = scale;
-  scale.resolution = givenResolution();
+/// With the first frame to be mapped.
+void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
+  has_begun_ = true;
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& configured = configuration_.stages[i];
-    adaptStage(configured, scale, source);
+    adaptStage(configured, scale, frame.source);
     if (configured.enabled) configured.stage->limit(scale);
   }
   PlanarMapParams params;
@@ -340,24 +256,87 @@ void Pipeline::adaptMapping(CloudScale scale, const Frame* frame) {
     if (stage.enabled) stage.stage->configureMap(params);
   }
   params.origin = origin_.value_or(Vector3::Zero());
-  if (frame != nullptr && frame->starts_world) params.frame = MapFrame::Start;
-  if (frame != nullptr && frame->without_sensor) params.unknown_space = false;
+  if (frame.starts_world) params.frame = MapFrame::Start;
+  if (frame.without_sensor) params.unknown_space = false;
   map_ = PlanarMap(params);
 }
 
-/// Counting takes as long as many frames once the map is large: again after a tenth more frames.
-void Pipeline::countCuboids() {
-  if (10 * map_.frames() <= 11 * counted_frames_) return;
-  counted_frames_ = map_.frames();
-  cuboids_ = map_.cuboidCount();
+/// Coordinates of countries and the Earth are too large for cells: the map gets an origin of its
+/// own next to the first pose.
+void Pipeline::moveToOrigin(Frame& frame) {
+  constexpr double kFar = 10000.0;  // metres
+  constexpr double kStep = 1000.0;
+  if (!frame.given_pose) return;
+  if (!origin_) {
+    const Vector3 place = frame.given_pose->translation();
+    origin_ = (place.array().abs() > kFar).select(kStep * (place / kStep).array().round(), 0.0);
+  }
+  frame.given_pose->pretranslate(-*origin_);
+  frame.T_world_sensor = *frame.given_pose;
 }
 
-FrameReport Pipeline::report(const Frame& frame) const {
+/// Whether a frame has far fewer points than images have, and a map that begins with it, and
+/// parameters that follow from it, would be no good to the frames after it.
+bool Pipeline::waitsForMore(const Frame& frame) const {
+  constexpr double kMinMeasured = 0.02;  // of the pixels
+  constexpr std::size_t kMaxWaits = 4;   // frames
+  return !has_begun_ && frame.camera && !frame.is_last && left_out_.size() < kMaxWaits &&
+         static_cast<double>(frame.points_valid) <
+             kMinMeasured * static_cast<double>(frame.points_input);
+}
+
+/// \param statistics  how many there were before a Motion stage saw the frame
+void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
+  constexpr std::size_t kMaxLeftOut = 8;  // frames that wait for their place
+  left_out_.push_back({frame, 0});
+  Frame& kept = left_out_.back().frame;
+  kept.statistics.resize(statistics);
+  kept.images.right = io::Image();
+  kept.images_changed = false;
+  kept.images.calibration.reset();
+  if (left_out_.size() > kMaxLeftOut) left_out_.erase(left_out_.begin());
+}
+
+/// The latest first: it sees most of what the frame that was placed sees, and the one before it
+/// most of what it sees.
+void Pipeline::tryAgain() {
+  constexpr int kMaxAttempts = 3;
+  std::vector<LeftOut> waiting;
+  for (std::size_t i = left_out_.size(); i-- > 0;) {
+    LeftOut& left_out = left_out_[i];
+    Frame frame = left_out.frame;
+    frame.skip_reason.clear();
+    frame.again = true;
+    runMotion(frame);
+    runMapping(frame);
+    if (frame.skip_reason.empty()) {
+      const FrameReport placed = report(frame);
+      placed_again_.emplace_back(std::move(frame), placed);
+    } else if (++left_out.attempts < kMaxAttempts) {
+      waiting.insert(waiting.begin(), std::move(left_out));
+    }
+  }
+  left_out_ = std::move(waiting);
+}
+
+std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
+  return std::exchange(placed_again_, {});
+}
+
+FrameReport Pipeline::report(const Frame& frame) {
+  // Counting takes as long as many frames once the map is large.
+  if (2 * map_.frames() >= 3 * counted_frames_ && map_.frames() > counted_frames_) {
+    counted_frames_ = map_.frames();
+    cuboids_ = map_.cuboidCount();
+  }
   FrameReport report;
   report.number = frame.number;
   report.source = frame.source;
   report.timestamp = frame.timestamp;
   report.stage_ms = frame.stage_ms;
+  report.stage_ms.resize(configuration_.stages.size(), 0.0);
+  report.stage_removed = frame.stage_removed;
+  report.stage_removed.resize(configuration_.stages.size(), 0);
   report.skip_reason = frame.skip_reason;
   report.statistics = frame.statistics;
   report.points_input = frame.points_input;
@@ -366,13 +345,12 @@ FrameReport Pipeline::report(const Frame& frame) const {
   for (const PlaneSegment& plane : frame.planes) report.points_planar += plane.inliers.size();
   report.points_planar = std::min(report.points_planar, frame.indices.size());
   report.points_non_planar = frame.indices.size() - report.points_planar;
-  const std::size_t kept = frame.indices.size() + frame.ground.size();
-  report.points_rejected = frame.points_valid - std::min(frame.points_valid, kept);
+  report.points_rejected = frame.points_valid - std::min(frame.points_valid, pointsLeft(frame));
   report.points_beyond = frame.update.points_beyond;
   report.features = frame.features;
   report.matches = frame.matches;
   report.inliers = frame.inliers;
-  if (hasStage(StageKind::Features)) {
+  if (!frame.key_features.empty()) {
     const auto was_seen = [](const KeyFeature& feature) { return feature.sightings > 1; };
     report.features = frame.key_features.size();
     report.matches = static_cast<std::size_t>(

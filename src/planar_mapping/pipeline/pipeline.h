@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
+#include "planar_mapping/ground/up.h"
 #include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame.h"
@@ -28,11 +29,12 @@ struct FrameReport {
   std::size_t points_ground = 0;
   std::size_t points_planar = 0;
   std::size_t points_non_planar = 0;
-  std::size_t points_rejected = 0;  ///< valid, but removed or merged by a stage
-  std::size_t points_beyond = 0;    ///< farther from the map's origin than it reaches; dropped
-  std::size_t features = 0;  ///< key features; without a Features stage, those of kl_occupancy
-  std::size_t matches = 0;   ///< of those, seen before
-  std::size_t inliers = 0;   ///< of those, in agreement with the motion; 0 without a Motion stage
+  std::size_t points_rejected = 0;         ///< valid, but removed or merged by a stage
+  std::vector<std::size_t> stage_removed;  ///< of those, by the stages in their order
+  std::size_t points_beyond = 0;  ///< farther from the map's origin than it reaches; dropped
+  std::size_t features = 0;       ///< key features, else those that kl_occupancy follows
+  std::size_t matches = 0;        ///< of those, seen before
+  std::size_t inliers = 0;        ///< of those, in agreement with the motion that was found
   std::size_t planes = 0;
   std::size_t planes_new = 0;
   std::size_t planes_matched = 0;
@@ -53,6 +55,7 @@ struct FrameReport {
 /// Stages of section 3 get adapt() together, with the first frame that comes so far. Each one
 /// before gets it right before its first frame: with the scale of the cloud if there is one by
 /// then, else with what the calibration says (CloudScale::points = 0).
+/// A Features stage runs only for frames whose features another stage uses.
 ///
 /// A stage that sets Frame::skip_reason ends the frame there; the map does not change.
 class PLANAR_MAPPING_EXPORT Pipeline {
@@ -61,7 +64,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
 
   /// Tells `up: auto` where the images have upwards on average over the given poses, world frame;
   /// otherwise the first frame alone says it. Before the first frame.
-  void setMeanUp(const Vector3& up) { mean_up_ = up; }
+  void setMeanUp(const ImagesUp& up) { mean_up_ = up; }
   /// Takes one frame through all stages, the front-end left out where it was done elsewhere
   /// (Frame::front_end_done); they change it in place.
   /// A frame without a single usable point is skipped; one of an image with hardly any waits until
@@ -74,57 +77,46 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   FrameReport processFrontEnd(Frame& frame);
 
   /// Frames that a Motion stage left out and that found their place after a later frame: they are
-  /// in the map now. Each is handed over once. Four are kept waiting, the latest, for three frames
+  /// in the map now. Each is handed over once. Eight are kept waiting, the latest, for three frames
   /// each.
   std::vector<std::pair<Frame, FrameReport>> takePlacedAgain();
 
   const PlanarMap& map() const { return map_; }
-  /// What the stages remember of the frames so far; the map is apart.
-  std::string saveState() const;
-  /// Continues where another pipeline of the same configuration was when it had this map and
-  /// saveState(); before the first frame.
-  /// \throws Error if the state is not of such a pipeline
-  void loadState(const std::string& state, PlanarMap map);
   /// With the values that `auto` took, once a frame has been processed.
   const Configuration& configuration() const { return configuration_; }
   /// Whether any stage is of this kind.
   bool hasStage(StageKind kind) const;
 
  private:
-  FrameReport runSections(Frame& frame, bool front_end_only);
-  void runFrontEnd(Frame& frame);
-  void runStage(std::size_t index, Frame& frame);
+  void runFrontEnd(Frame& frame, bool for_others);
   void findUsablePoints(Frame& frame) const;
-  bool waitsForMore(const Frame& frame) const;
+  void runMotion(Frame& frame);
+  void runMapping(Frame& frame);
+  void runStage(std::size_t index, Frame& frame);
+  bool usesKeyFeatures(const Frame& frame) const;
   std::optional<double> givenResolution() const;
   CloudScale knownScale(const Frame& frame) const;
-  void adaptMapping(CloudScale scale, const Frame* frame);
+  void beginMap(const Frame& frame, CloudScale scale);
   void moveToOrigin(Frame& frame);
-  void countCuboids();
-  void remarkOn(const CloudScale& scale, Frame& frame) const;
-  FrameReport report(const Frame& frame) const;
-  static void hideRemoved(Frame& frame);
-  void runMapping(Frame& frame);
+  bool waitsForMore(const Frame& frame) const;
   void keepForLater(const Frame& frame, std::size_t statistics);
   void tryAgain();
+  FrameReport report(const Frame& frame);
 
   Configuration configuration_;
   PlanarMap map_;
   std::size_t front_end_size_ = 0;   ///< stages through the last Images or Features stage
   std::size_t sensing_size_ = 0;     ///< and through the last Motion stage
   std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
-  /// What the stages of sections 1 and 2, and all those of section 3, were adapted to.
-  std::vector<std::optional<CloudScale>> sensing_scales_;
-  std::optional<CloudScale> mapping_scale_;
-  std::optional<Vector3> mean_up_;  ///< of the images of all given poses
-  std::optional<Vector3> origin_;   ///< PlanarMapParams::origin, once there was a pose
-  std::size_t counted_frames_ = 0;  ///< in the map when its cuboids were counted
+  std::vector<bool> is_adapted_;     ///< of the stages of sections 1 and 2
+  bool has_begun_ = false;           ///< the map; the stages of section 3 are adapted
+  std::optional<ImagesUp> mean_up_;  ///< of the images of all given poses
+  std::optional<Vector3> origin_;    ///< PlanarMapParams::origin, once there was a pose
+  std::size_t counted_frames_ = 0;   ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;
   struct LeftOut {
     Frame frame;
     int attempts = 0;
-    template <typename Archive>
-    void visitState(Archive& archive);
   };
   std::vector<LeftOut> left_out_;
   std::vector<std::pair<Frame, FrameReport>> placed_again_;

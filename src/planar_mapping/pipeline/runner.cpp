@@ -2,63 +2,51 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/pipeline/runner.h"
 
-#include <zstd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
-#include "planar_mapping/pipeline/sequence_source.h"
-#include "planar_mapping/pipeline/run_advice.h"
 #include "planar_mapping/pipeline/run_statistics.h"
+#include "planar_mapping/pipeline/run_summary.h"
+#include "planar_mapping/pipeline/sequence_source.h"
 
 namespace planar_mapping {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// First line of run.state.
-constexpr const char* kStateFormat = "planar_map run state 9, version " PLANAR_MAPPING_VERSION "\n";
+using Clock = std::chrono::steady_clock;
 
-std::chrono::steady_clock::duration secondsOf(double seconds) {
+Clock::duration secondsOf(double seconds) {
   constexpr double kLongest = 1e8;  // years
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+  return std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(std::min(seconds, kLongest)));
 }
 
-std::string packed(const std::string& bytes) {
-  constexpr int kFastest = 1;
-  std::string out(ZSTD_compressBound(bytes.size()), '\0');
-  const std::size_t size =
-      ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kFastest);
-  if (ZSTD_isError(size) != 0) throw Error("the state of the run cannot be compressed");
-  out.resize(size);
-  return out;
+/// The lines of a configuration that change the map.
+std::vector<std::string> linesOf(const std::string& yaml) {
+  std::istringstream in(yaml);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);)
+    if (line.compare(0, 8, "threads:") != 0) lines.push_back(line);
+  return lines;
 }
 
-std::string unpacked(std::string_view bytes) {
-  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
-  std::string out(size < ZSTD_CONTENTSIZE_ERROR ? size : 0, '\0');
-  if (ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size()) != out.size())
-    throw Error("the saved state is damaged");
-  return out;
-}
-
-/// A configuration without what does not change the map.
-std::string comparable(const std::string& yaml) {
-  std::istringstream lines(yaml);
-  std::string out;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.compare(0, 8, "threads:") != 0) out += line + "\n";
-  }
-  return out;
+/// Whether a configuration with `auto` in it may have become this one.
+bool mayBecome(const std::string& asked, const std::string& resolved) {
+  const std::vector<std::string> a = linesOf(asked);
+  const std::vector<std::string> b = linesOf(resolved);
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& one, const auto& other) {
+    const std::string key = one.substr(0, one.find(": ") + 2);
+    const bool is_auto = one == key + "auto" || one == key + "\"auto\"";
+    return one == other || (is_auto && other.compare(0, key.size(), key) == 0);
+  });
 }
 
 /// One run from input to files.
@@ -70,44 +58,35 @@ class Run {
         source_(source),
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
     result_.output = directory_.path();
-    asked_for_ = comparable(effectiveYaml(pipeline_.configuration()));
   }
 
   RunResult execute() {
-    if (options_.resume && resume()) {
+    if (options_.resume && hasEarlierResult() && isFinished()) {
       result_.was_finished = true;
       return std::move(result_);
     }
     log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
     for (const std::string& input : source_.names()) log("input " + input);
     for (const std::string& note : source_.notes()) log("input: " + note);
-    if (statistics_.frames() > 0)
-      log("resumed after " + std::to_string(statistics_.frames()) + " frames");
-    if (const std::optional<Vector3> up = source_.meanUp()) pipeline_.setMeanUp(*up);
+    if (const std::optional<ImagesUp> up = source_.meanUp()) pipeline_.setMeanUp(*up);
     try {
       processFrames();
     } catch (const Error& error) {
       // What was done so far is worth keeping; without any frame there is nothing to save.
-      if (statistics_.usedFrames() == 0) throw;
+      if (statistics_.usedFrames() == 0 || !mayReplace()) throw;
       log(std::string("failed: ") + error.what());
       save(true);
       throw;
     }
-    checkResult();
-    // A map of nothing must not replace one of something.
-    result_.saved = !result_.interrupted || statistics_.frames() > 0 || !hasEarlierResult();
-    if (result_.saved) {
-      save(result_.interrupted);
-    } else {
-      result_.metrics_json =
-          statistics_.metricsJson(pipeline_.configuration(), pipeline_.map(), 0, true);
-    }
+    if (!result_.interrupted) requireMap();
+    // A map of nothing, or of less, must not replace one of something.
+    result_.saved =
+        !result_.interrupted || (statistics_.frames() > 0 ? mayReplace() : !hasEarlierResult());
+    save(result_.interrupted);
     return std::move(result_);
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   bool hasEarlierResult() const {
     const std::vector<std::string>& names = outputFileNames();
     return std::any_of(names.begin(), names.end(), [this](const std::string& name) {
@@ -116,45 +95,23 @@ class Run {
     });
   }
 
-  /// Takes over what an earlier run has saved. \return whether it was finished
-  bool resume() {
-    if (!hasEarlierResult()) return false;
+  /// Whether an earlier run of this configuration is finished. Where it is not, all is done again,
+  /// and replaces what that run has saved as soon as there is as much of it.
+  bool isFinished() {
     try {
-      loadState(directory_.read("run.state"));
-      log_text_ = directory_.read("run.log");
-      const std::string metrics = directory_.read("metrics.json");
-      const std::size_t done = statistics_.frames();
-      if (source_.skip(done) < done) throw InputError("it holds more frames than are asked for");
-      const bool was_interrupted =
-          nlohmann::json::parse(metrics, nullptr, false).value("interrupted", true);
-      if (was_interrupted || source_.size() != done) return false;
-      result_.metrics_json = metrics;
-      return true;
-    } catch (const IoError&) {
-      throw;
-    } catch (const Error& error) {
+      const std::string yaml = io::readWholeText(directory_.pathOf("config.resolved.yaml"));
+      if (!mayBecome(effectiveYaml(pipeline_.configuration()), yaml))
+        throw InputError("it was made with another configuration or input");
+      result_.metrics_json = io::readWholeText(directory_.pathOf("metrics.json"));
+      const auto metrics = nlohmann::json::parse(result_.metrics_json);
+      earlier_frames_ = metrics.at("frames");
+      std::error_code error;
+      return !metrics.at("interrupted") && source_.size() == earlier_frames_ &&
+             metrics.at("file_bytes") == fs::file_size(directory_.pathOf("map.pmap"), error);
+    } catch (const std::exception& error) {
       throw InputError(directory_.path() + ": this run cannot be resumed: " + error.what() +
                        "; start again and overwrite it (--force, in Python overwrite=True)");
     }
-  }
-
-  void loadState(const std::string& state) {
-    constexpr std::string_view kStart = kStateFormat;
-    if (state.compare(0, kStart.size(), kStart) != 0)
-      throw InputError("it was made by another version, not " PLANAR_MAPPING_VERSION);
-    const std::string wanted = asked_for_;
-    std::string stages;
-    const std::string bytes = unpacked(std::string_view(state).substr(kStart.size()));
-    detail::StateReader reader(bytes);
-    visitState(reader);
-    reader(stages);
-    reader.finish();
-    if (wanted != asked_for_ && wanted != comparable(directory_.read("config.resolved.yaml")))
-      throw InputError("it was made with another configuration or input");
-    const std::string map = directory_.read("map.pmap");
-    pipeline_.loadState(
-        stages, PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(map.data()),
-                                       map.size(), pipeline_.configuration().settings.threads));
   }
 
   void processFrames() {
@@ -170,12 +127,13 @@ class Run {
           continue;
         }
       }
-      if (!stopRequested()) return;
       const std::optional<std::size_t> all = source_.size();
-      if (all && statistics_.frames() == *all) return;  // it came too late to matter
-      result_.interrupted = true;
-      log("interrupted after " + std::to_string(statistics_.frames()) +
-          (all ? " of " + std::to_string(*all) : std::string()) + " frames");
+      // A signal after the last frame came too late to matter.
+      result_.interrupted = stopRequested() && statistics_.frames() != all;
+      if (result_.interrupted) {
+        log("interrupted after " + std::to_string(statistics_.frames()) +
+            (all ? " of " + std::to_string(*all) : std::string()) + " frames");
+      }
       return;
     }
   }
@@ -191,12 +149,17 @@ class Run {
           ": coordinates of the world in place of a sensor's: where the sensor "
           "stood is not known, so that no space is known to be free");
     }
+    if (frame.pose_assumed && report.skip_reason.empty() && statistics_.usedFrames() == 1 &&
+        frame.T_world_sensor.matrix() == Pose::Identity().matrix())
+      frame.warnings.push_back(
+          frame.source +
+          ": no VIEWPOINT, like the cloud before: both are taken to be seen from the same place; "
+          "--poses FILE says where the sensor was, --set motion_estimation.enabled=true finds it");
     for (const std::string& note : frame.notes) log(note);
     for (const std::string& warning : frame.warnings) warn(warning);
     statistics_.add(report, frame, pipeline_.map());
     const std::string name = "frame " + std::to_string(report.number) + " " + report.source + ": ";
     if (report.skip_reason.empty()) {
-      for (const std::string& advice : watch_.adviceOn(frame, pipeline_.map())) warn(advice);
       log(name + std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
           " planes, " + std::to_string(report.cuboids) + " cuboids");
     } else {
@@ -228,7 +191,7 @@ class Run {
   void checkpoint() {
     constexpr double kOtherWork = 9.0;  // times that of saving
     const Clock::time_point start = Clock::now();
-    if (start < next_checkpoint_ || statistics_.usedFrames() == 0) return;
+    if (start < next_checkpoint_ || statistics_.usedFrames() == 0 || !mayReplace()) return;
     try {
       save(true);
     } catch (const OutputError& error) {
@@ -241,12 +204,28 @@ class Run {
         secondsOf(always ? 0.0 : std::max(options_.checkpoint_s, kOtherWork * taken.count()));
   }
 
-  void save(bool interrupted) {
+  /// \param on_the_way  more frames were to come
+  void save(bool on_the_way) {
     const PlanarMap& map = pipeline_.map();
     const Configuration& configuration = pipeline_.configuration();
-    const std::vector<std::uint8_t> bytes = map.serialize();
-    // What cannot be read must not replace what can.
-    PlanarMap::deserialize(bytes.data(), bytes.size());
+    auto metrics = statistics_.metrics(configuration, map);
+    metrics["interrupted"] = on_the_way;
+    std::string bytes;
+    if (result_.saved) {
+      const std::vector<std::uint8_t> packed = map.serialize();
+      // What cannot be read must not replace what can.
+      PlanarMap::deserialize(packed.data(), packed.size());
+      bytes.assign(packed.begin(), packed.end());
+    }
+    metrics["file_bytes"] = bytes.size();
+    result_.metrics_json = metrics.dump(2) + "\n";
+    if (!on_the_way) {
+      for (const std::string& text : detail::warningsOn(pipeline_, statistics_, metrics))
+        warn(text);
+    }
+    if (!result_.saved) return;
+    result_.summary = detail::summaryOf(configuration, metrics);
+    log("saved to " + directory_.path() + ": " + result_.summary);
     std::vector<io::StampedPose> trajectory;
     for (const auto& [timestamp, pose] : map.trajectory())
       trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
@@ -255,38 +234,29 @@ class Run {
       std::stable_sort(trajectory.begin(), trajectory.end(),
                        [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
     }
-    log("saved to " + directory_.path() + ": " + detail::savedText(map, bytes.size()));
-    detail::StateWriter state;
-    visitState(state);
-    state(pipeline_.saveState());
-    result_.metrics_json = statistics_.metricsJson(configuration, map, bytes.size(), interrupted);
     std::vector<OutputFile> files;  // moved, not copied: they may be large
     files.emplace_back("config.resolved.yaml", effectiveYaml(configuration));
     files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
     files.emplace_back("frames.csv", statistics_.framesCsv(configuration));
     files.emplace_back("run.log", log_text_);
     files.emplace_back("map.json", [&map](const io::ByteSink& sink) {
-      io::writeMapJson(map, "map", sink, detail::kMostUnknownInJson);
+      constexpr std::size_t kMostUnknown = std::size_t{1} << 22;  // cells; some 20 MB
+      io::writeMapJson(map, "map", sink, kMostUnknown);
     });
     files.emplace_back("metrics.json", result_.metrics_json);
-    files.emplace_back("map.pmap", std::string(bytes.begin(), bytes.end()));
-    files.emplace_back("run.state", kStateFormat + packed(state.take()));
+    files.emplace_back("map.pmap", std::move(bytes));
     directory_.commit(files);
   }
 
-  void checkResult() {
-    if (result_.interrupted) return;
-    if (statistics_.usedFrames() == 0) {
-      if (statistics_.frames() == 0) throw InputError(source_.names().front() + ": no frame came");
-      const FrameReport& first = statistics_.firstSkipped();
-      const std::string& reason = first.skip_reason;
-      const bool names_it = reason.find(first.source) != std::string::npos;
-      throw InputError((names_it ? "" : first.source + ": ") + reason +
-                       (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
-    }
-    for (const std::string& advice :
-         detail::adviceOn(pipeline_, statistics_, source_, watch_.isCamera()))
-      warn(advice);
+  bool mayReplace() const { return statistics_.frames() >= earlier_frames_; }
+
+  void requireMap() const {
+    if (statistics_.usedFrames() > 0) return;
+    if (statistics_.frames() == 0) throw InputError(source_.names().front() + ": no frame came");
+    const FrameReport& first = statistics_.reports().front();
+    const bool names_it = first.skip_reason.find(first.source) != std::string::npos;
+    throw InputError((names_it ? "" : first.source + ": ") + first.skip_reason +
+                     (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
 
   bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
@@ -300,23 +270,16 @@ class Run {
     result_.warnings.push_back(text);
   }
 
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, warned_of_sensor_, watch_,
-            result_.warnings);
-  }
-
   const RunOptions& options_;
   Pipeline pipeline_;
   FrameSource& source_;
   const OutputDirectory directory_;
   detail::RunStatistics statistics_;
   std::string log_text_;
-  std::string asked_for_;  ///< the configuration before any `auto` is resolved
+  std::size_t earlier_frames_ = 0;  ///< that the run which is resumed has saved
   std::optional<double> last_timestamp_;
   bool warned_of_time_ = false;
   bool warned_of_sensor_ = false;
-  detail::FrameWatch watch_;
   Clock::time_point next_checkpoint_;
   RunResult result_;
 };
@@ -333,9 +296,13 @@ Configuration withAbsolutePaths(Configuration configuration) {
 }  // namespace
 
 const std::vector<std::string>& outputFileNames() {
-  static const std::vector<std::string> names = {
-      "config.resolved.yaml", "trajectory_tum.txt", "frames.csv", "run.log",      "map.json",
-      "metrics.json",         "map.pmap",           "run.state",  "manifest.json"};
+  static const std::vector<std::string> names = {"config.resolved.yaml",
+                                                 "trajectory_tum.txt",
+                                                 "frames.csv",
+                                                 "run.log",
+                                                 "map.json",
+                                                 "metrics.json",
+                                                 "map.pmap"};
   return names;
 }
 

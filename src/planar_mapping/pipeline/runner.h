@@ -18,9 +18,11 @@ namespace planar_mapping {
 struct RunOptions {
   std::string output;      ///< directory
   bool overwrite = false;  ///< --force
-  bool resume = false;     ///< continue an interrupted run in the same directory
+  /// Finish an interrupted run in the same directory: all frames are processed again, since stages
+  /// remember earlier ones, and what is saved stays until there is as much of the map again.
+  bool resume = false;
   /// Everything is saved so often while the run goes on, >= 0, or more rarely where saving takes
-  /// more than a tenth of the time; 0 = after each frame. A killed run then resumes from there.
+  /// more than a tenth of the time; 0 = after each frame. What a killed run has saved is whole.
   double checkpoint_s = 30.0;
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save
   /// Called after each frame: frames done, frames in all (0 = not known), the frame.
@@ -33,9 +35,10 @@ struct RunOptions {
 struct RunResult {
   bool interrupted = false;
   bool was_finished = false;  ///< there was nothing to resume
-  bool saved = true;  ///< false: interrupted before the first frame, the earlier result stays
+  bool saved = true;  ///< false: interrupted before anything new was done; an earlier result stays
   std::vector<std::string> warnings;  ///< not empty: the result is degraded
   std::string metrics_json;           ///< what metrics.json says
+  std::string summary;                ///< what a person wants to know of it, a few lines
   std::string output;                 ///< directory with all files
 };
 

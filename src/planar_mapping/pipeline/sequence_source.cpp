@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/pipeline/frame.h"
 
 namespace planar_mapping {
@@ -88,14 +88,19 @@ SequenceSource::SequenceSource(const Configuration& configuration)
                    hasStage(configuration, StageKind::Features)),
       selected_(select(configuration.frames, sequence_.size())) {}
 
-std::optional<Vector3> SequenceSource::meanUp() const {
+std::optional<ImagesUp> SequenceSource::meanUp() const {
   if (sequence_.poseSource() != io::PoseSource::File) return std::nullopt;
+  constexpr double kRounding = 1e-3;  // of the poses in a file
+  const std::optional<Pose> first = sequence_.describe(0).T_world_sensor;
+  ImagesUp images;
+  images.starts_at_identity = first && first->linear().isIdentity(kRounding);
   Vector3 sum = Vector3::Zero();
   for (const std::size_t index : selected_) {
     const std::optional<Pose> pose = sequence_.describe(index).T_world_sensor;
     if (pose) sum -= pose->linear().col(1);
   }
-  return Vector3(sum / static_cast<double>(selected_.size()));
+  images.mean = sum;
+  return images;
 }
 
 std::optional<Frame> SequenceSource::next() {
@@ -104,12 +109,6 @@ std::optional<Frame> SequenceSource::next() {
   frame.is_only = selected_.size() == 1;
   frame.is_last = position_ == selected_.size();
   return frame;
-}
-
-std::size_t SequenceSource::skip(std::size_t count) {
-  const std::size_t skipped = std::min(count, selected_.size() - position_);
-  position_ += skipped;
-  return skipped;
 }
 
 FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width, std::uint32_t height) {
@@ -134,14 +133,8 @@ PointsView pointsOf(const FrameCloud& cloud) {
 
 FrameSource::~FrameSource() = default;
 
-std::optional<Vector3> FrameSource::meanUp() const {
+std::optional<ImagesUp> FrameSource::meanUp() const {
   return std::nullopt;
-}
-
-std::size_t FrameSource::skip(std::size_t count) {
-  std::size_t skipped = 0;
-  while (skipped < count && next()) ++skipped;
-  return skipped;
 }
 
 std::vector<std::string> FrameSource::notes() const {

@@ -36,10 +36,9 @@ class PLANAR_MAPPING_EXPORT SequenceSource : public FrameSource {
   std::vector<std::string> notes() const override { return describe(sequence_); }
   io::SequenceKind kind() const override { return sequence_.kind(); }
   io::PoseSource poseSource() const override { return sequence_.poseSource(); }
-  std::optional<Vector3> meanUp() const override;
+  std::optional<ImagesUp> meanUp() const override;
   std::optional<std::size_t> size() const override { return selected_.size(); }
   std::optional<Frame> next() override;
-  std::size_t skip(std::size_t count) override;
 
  private:
   std::vector<std::string> names_;

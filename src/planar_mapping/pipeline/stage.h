@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/cuboids/cuboid_approximation.h"
 #include "planar_mapping/pipeline/frame.h"
@@ -33,7 +32,9 @@ struct RunSettings {
 
   Profile profile = Profile::Compact;
   std::uint64_t seed = 12345;
-  int threads = 1;
+  int threads = 0;  ///< 0 = all cores; changes no result
+  /// Upwards for all stages, an axis of the world; absent = found (upOf()).
+  std::optional<Vector3> up;
   bool ignores_poses = false;  ///< `poses: ignore` of a Motion stage: no other uses them either
 };
 
@@ -49,10 +50,9 @@ struct RunSettings {
 ///       void process(Frame& frame) override;
 ///     };
 ///
-/// A stage may keep state between frames: one object lives as long as the run. One that does has
-/// to override saveState() and loadState(), or a resumed run differs from one that was not
-/// interrupted. It is called from one thread at a time. What it throws (InputError,
-/// ParameterError, ...) ends the run.
+/// A stage may keep state between frames: one object lives as long as the run, and a resumed run
+/// shows it the earlier frames again. It must do the same with the same frames. It is called from
+/// one thread at a time. What it throws (InputError, ParameterError, ...) ends the run.
 class PLANAR_MAPPING_EXPORT Stage {
  public:
   virtual ~Stage();
@@ -82,15 +82,9 @@ class PLANAR_MAPPING_EXPORT Stage {
   virtual void begin(const Frame& /*frame*/) {}
   /// Does the work on one frame.
   virtual void process(Frame& frame) = 0;
-  /// What the stage remembers of the frames so far, as bytes of its own; empty = nothing, which is
-  /// what a stage that does not override it says. Called between frames.
-  virtual std::string saveState() const { return {}; }
-  /// Continues from what saveState() of such a stage with the same parameters returned. Called
-  /// before the first frame, after adapt() with the scale that the other stage got.
-  /// \throws Error if the bytes are not such
-  virtual void loadState(const std::string& bytes) {
-    if (!bytes.empty()) throw Error("a stage has a saved state that it does not know");
-  }
+  /// Whether the stage reads Frame::key_features of this frame, which is about to enter the
+  /// pipeline. Features stages do not run for frames of which no stage does.
+  virtual bool usesKeyFeatures(const Frame& /*frame*/) const { return false; }
   /// Of a Points stage, with its parameters set: whether it may stand before a Motion stage, which
   /// then does not see the points that it removes. It needs no pose, and may see a frame again.
   virtual bool worksBeforeMotion() const { return false; }

@@ -135,13 +135,13 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
   }
   const std::size_t dot = target.find('.');
   if (dot == std::string::npos) {
-    const bool settable =
-        target == "seed" || target == "threads" || target == "scale" || target == "frames";
+    const bool settable = target == "seed" || target == "threads" || target == "scale" ||
+                          target == "frames" || target == "up";
     if (settable) {
       readTopEntry(target, value, report);
     } else if (target != "profile") {
       report("there is no such key" +
-             didYouMean(target, {"seed", "threads", "scale", "frames", "profile"}) +
+             didYouMean(target, {"seed", "threads", "scale", "frames", "profile", "up"}) +
              "; a stage's key is written stage.key=value");
     }
     return;

@@ -5,13 +5,14 @@
 #include <optional>
 
 #include "planar_mapping/geometry/cloud_scale.h"
+#include "planar_mapping/ground/up.h"
 #include "planar_mapping/pipeline/frame.h"
 
 namespace planar_mapping::detail {
 
-/// `up: auto` by the planes of the first frame, where its axes alone do not tell, with what there
-/// is to say of it: of a camera with a given pose, and of a cloud merged of many scans.
-/// \param mean_up  FrameSource::meanUp()
-void findVertical(const std::optional<Vector3>& mean_up, CloudScale& scale, Frame& frame);
+/// `up: auto` by upOf() the first frame; says what it chose where that is not z, and warns where it
+/// is in doubt.
+/// \param images  FrameSource::meanUp()
+void findVertical(const std::optional<ImagesUp>& images, CloudScale& scale, Frame& frame);
 
 }  // namespace planar_mapping::detail

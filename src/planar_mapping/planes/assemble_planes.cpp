@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/geometry/point_sums.h"
 #include "planar_mapping/base/parallel.h"
+#include "planar_mapping/geometry/point_sums.h"
 #include "planar_mapping/planes/plane_search.h"
 
 namespace planar_mapping::detail {

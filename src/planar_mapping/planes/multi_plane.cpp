@@ -6,9 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "planar_mapping/base/point_indices.h"
-#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
+#include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/planes/plane_search.h"
 
 namespace planar_mapping {

@@ -9,8 +9,8 @@
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/camera.h"
-#include "planar_mapping/geometry/plane_moments.h"
 #include "planar_mapping/geometry/plane.h"
+#include "planar_mapping/geometry/plane_moments.h"
 
 namespace planar_mapping {
 

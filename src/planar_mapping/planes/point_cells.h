@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/point_sums.h"
 #include "planar_mapping/grid/cell_table.h"
-#include "planar_mapping/base/types.h"
 
 namespace planar_mapping::detail {
 

@@ -8,8 +8,8 @@
 #include <opencv2/core/utility.hpp>
 #include <string>
 
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 

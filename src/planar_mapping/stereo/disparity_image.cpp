@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/base/simd.h"
+#include "planar_mapping/stereo/cv_image.h"
 
 namespace planar_mapping {
 namespace {

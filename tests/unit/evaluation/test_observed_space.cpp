@@ -14,14 +14,14 @@
 #include <vector>
 
 #include "box_scene.h"
-#include "planar_mapping/geometry/camera.h"
-#include "planar_mapping/planes/multi_plane.h"
 #include "evaluation/baselines/octree_grid.h"
 #include "evaluation/baselines/rectangular_approximation.h"
-#include "evaluation/simulation/simulation.h"
 #include "evaluation/baselines/standard_grid.h"
 #include "evaluation/metrics/surface_truth.h"
+#include "evaluation/simulation/simulation.h"
+#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping::evaluation {
 namespace {

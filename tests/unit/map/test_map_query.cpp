@@ -11,8 +11,8 @@
 
 #include "evaluation/metrics/cuboid_geometry.h"
 #include "map_scene.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "map_scene.h"
 #include "map_walk.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping {
 namespace {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <set>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/run_statistics.h"
 #include "temporary_directory.h"
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 class Output : public ::testing::Test {
  protected:
   OutputDirectory open(bool overwrite = true) const {
-    return OutputDirectory(directory_.path(), {"a", "b", "manifest.json"}, overwrite);
+    return OutputDirectory(directory_.path(), {"a", "b"}, overwrite);
   }
   void write(const std::string& name, const std::string& content) const {
     fs::create_directories(fs::path(directory_ / name).parent_path());
@@ -47,20 +47,8 @@ TEST_F(Output, CommitReplacesAllFiles) {
   open().commit({{"a", "1"}, {"b", "1"}});
   open().commit({{"a", "2"}, {"b", "2"}});
   EXPECT_EQ("2", read("a"));
-  EXPECT_EQ("2", open().read("b"));
+  EXPECT_EQ("2", read("b"));
   EXPECT_TRUE(hidden().empty());
-}
-
-TEST_F(Output, FileThatIsNotTheCommittedOneIsNotRead) {
-  open().commit({{"a", "1"}, {"b", "1"}});
-  write("a", "2");
-  const OutputDirectory output = open();
-  EXPECT_THROW(output.read("a"), InputError);
-  EXPECT_EQ("1", output.read("b"));
-  write("manifest.json", "{");
-  EXPECT_THROW(output.read("b"), InputError);
-  fs::remove(directory_ / "manifest.json");
-  EXPECT_THROW(output.read("b"), InputError);
 }
 
 TEST_F(Output, CommitThatWasCutOffIsEndedOrUndone) {
@@ -72,10 +60,8 @@ TEST_F(Output, CommitThatWasCutOffIsEndedOrUndone) {
   // One file was moved before the kill.
   write("a", "new");
   write(".saved/b", "new");
-  write(".saved/manifest.json", "new");
   { const OutputDirectory output = open(); }
   EXPECT_EQ("new", read("b"));
-  EXPECT_EQ("new", read("manifest.json"));
   EXPECT_TRUE(hidden().empty());
 }
 
@@ -131,19 +117,6 @@ TEST(StandardCells, PointsBeyondTheGridAreLeftOut) {
   cells.add({1e4, -1e4, 3.0});
   cells.add({1e4, -1e4, 3.0});
   EXPECT_EQ(1u, cells.size());
-}
-
-TEST(StandardCells, EachCellKeepsOneOfItsPoints) {
-  StandardCells cells(1.0);
-  for (int i = 0; i < 7; ++i) cells.add({0.1 * i, 0.0, 0.0});
-  cells.add({5.5, 0.0, 0.0});
-  std::size_t points = 0;
-  cells.forEach([&](const StandardCells::Cell& cell) {
-    points += cell.points;
-    // Of seven points the fourth was the last to make their number a power of two.
-    EXPECT_EQ(cell.point[0], cell.points == 7 ? 0.3f : 5.5f);
-  });
-  EXPECT_EQ(points, 8u);
 }
 
 }  // namespace

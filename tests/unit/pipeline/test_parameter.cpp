@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/pipeline/stage_table.h"
 
 namespace planar_mapping {

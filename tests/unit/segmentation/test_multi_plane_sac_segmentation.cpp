@@ -8,8 +8,8 @@
 #include <cmath>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/pcl/points_view.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 

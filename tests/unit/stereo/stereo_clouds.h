@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "numbers.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/ground/ground.h"
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/stereo/matching/stereo_matcher.h"
-#include "numbers.h"
 #include "real_data.h"
 
 // Clouds of real pairs, their planes and ground: our own matching, default parameters.

@@ -9,11 +9,11 @@
 
 #include "boxes_seen.h"
 #include "numbers.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/stereo/disparity_image.h"
 #include "planar_mapping/stereo/features/cloud_features.h"
 #include "planar_mapping/stereo/features/colour_registration.h"
-#include "planar_mapping/stereo/disparity_image.h"
 
 namespace planar_mapping::detail {
 namespace {

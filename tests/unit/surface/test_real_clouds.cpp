@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "planar_mapping/geometry/cloud_scale.h"
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 #include "real_data.h"
 
 namespace planar_mapping {

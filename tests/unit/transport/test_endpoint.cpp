@@ -4,10 +4,10 @@
 
 #include <fstream>
 
-#include "planar_mapping/transport/message.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/front_end_source.h"
 #include "planar_mapping/transport/endpoint.h"
+#include "planar_mapping/transport/message.h"
 #include "temporary_directory.h"
 #include "transport_session.h"
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "planar_mapping/transport/message.h"
 #include "numbers.h"
 #include "planar_mapping/base/random.h"
+#include "planar_mapping/transport/message.h"
 #include "transport_frames.h"
 
 namespace planar_mapping::transport {

@@ -4,8 +4,8 @@
 
 #include <set>
 
-#include "planar_mapping/transport/message.h"
 #include "planar_mapping/base/random.h"
+#include "planar_mapping/transport/message.h"
 #include "tcp_peer.h"
 #include "transport_session.h"
 

@@ -20,9 +20,9 @@
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/viewer/scene/camera.h"
 #include "planar_mapping/viewer/scene/colors.h"
-#include "planar_mapping/viewer/window/image.h"
-#include "planar_mapping/viewer/scene/view_options.h"
 #include "planar_mapping/viewer/scene/scene.h"
+#include "planar_mapping/viewer/scene/view_options.h"
+#include "planar_mapping/viewer/window/image.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {

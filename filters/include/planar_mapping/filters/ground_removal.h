@@ -11,10 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/base/export.h"
-#include "planar_mapping/ground/ground.h"
 #include "planar_mapping/filters/detail/point_filter.h"
+#include "planar_mapping/ground/ground.h"
 #include "planar_mapping/pcl/point_types.h"
 
 namespace planar_mapping {
@@ -56,10 +55,6 @@ class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
   const std::optional<Pose>& getSensorPose() const { return sensor_pose_; }
   /// Forgets where the ground was; parameters stay.
   void reset() { tracker_.reset(); }
-  /// What reset() clears, for another process to continue with; bytes of the same build.
-  std::string saveState() const { return detail::stateOf(tracker_); }
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes) { detail::restoreState(tracker_, bytes); }
 
   // Results of the last filter().
 

@@ -80,10 +80,6 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
 
   /// Forgets all beliefs; parameters and inputs stay.
   void reset() { occupancy_.reset(); }
-  /// What reset() clears, for another process to continue with; bytes of the same build.
-  std::string saveState() const { return occupancy_.saveState(); }
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes) { occupancy_.loadState(bytes); }
 
   // Results of the last filter().
 

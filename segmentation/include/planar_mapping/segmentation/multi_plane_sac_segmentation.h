@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/pcl/point_types.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/cuboids/cover/lattice_boxes.h"
 
-
 #include "planar_mapping/base/lists.h"
 
 namespace planar_mapping::detail {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "planar_mapping/cuboids/cover/bit_grid.h"
-#include "planar_mapping/cuboids/cover/lattice_boxes.h"
 #include "planar_mapping/cuboids/cover/cell_set.h"
+#include "planar_mapping/cuboids/cover/lattice_boxes.h"
 
 namespace planar_mapping::detail {
 

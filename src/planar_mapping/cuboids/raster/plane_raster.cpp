@@ -8,8 +8,8 @@
 #include <tuple>
 #include <utility>
 
-#include "planar_mapping/base/summed_area.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/summed_area.h"
 
 namespace planar_mapping {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 
 namespace planar_mapping::detail {
 

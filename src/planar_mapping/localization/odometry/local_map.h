@@ -18,11 +18,6 @@ struct Landmark {
   Matrix3 information = Matrix3::Zero();  ///< of position, from all that was seen
   std::int64_t last_frame = 0;            ///< it was seen in
   int disagreements = 0;                  ///< in a row
-
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(position, information, last_frame, disagreements);
-  }
 };
 
 using TrackSighting = std::pair<std::int64_t, FeatureSighting>;
@@ -43,10 +38,6 @@ class LocalMap {
            std::int64_t frame, bool is_keyframe);
   void removePassing();
   void remove(std::int64_t track) { landmarks_.erase(track); }
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(landmarks_, passing_);
-  }
 
  private:
   Landmark landmarkOf(const Pose& T_sensor_world, const FeatureSighting& sighting,

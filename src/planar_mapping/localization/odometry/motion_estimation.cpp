@@ -10,8 +10,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/localization/odometry/motion_refinement.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/localization/odometry/motion_refinement.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,11 +7,11 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/export.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/types.h"
-#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/beliefs/occupancy.h"
+#include "planar_mapping/geometry/camera.h"
 
 namespace planar_mapping {
 

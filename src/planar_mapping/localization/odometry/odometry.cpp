@@ -7,14 +7,13 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
+#include "planar_mapping/base/spelling.h"
+#include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/localization/odometry/frame_features.h"
 #include "planar_mapping/localization/odometry/local_map.h"
 #include "planar_mapping/localization/odometry/motion_refinement.h"
-#include "planar_mapping/base/lists.h"
-#include "planar_mapping/base/spelling.h"
-#include "planar_mapping/base/state_archive.h"
-#include "planar_mapping/base/error.h"
-#include "planar_mapping/geometry/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -100,11 +99,6 @@ class Odometry::Implementation {
   const detail::LocalMap& map() const { return map_; }
   bool started() const { return started_; }
   void setStart(const Pose& pose) { start_ = pose; }
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(map_, start_, started_, frame_, has_pose_, T_keyframe_world_, T_sensor_world_,
-            covariance_, velocity_, has_velocity_, lost_frames_, most_inliers_);
-  }
 
  private:
   void start(const std::vector<SeenFeature>& seen, const std::optional<PosePrior>& prior,
@@ -386,13 +380,6 @@ std::size_t Odometry::landmarks() const {
 std::optional<Vector3> Odometry::landmark(std::int64_t track) const {
   const detail::Landmark* found = implementation_->map().find(track);
   return found == nullptr ? std::nullopt : std::optional<Vector3>(found->position);
-}
-
-std::string Odometry::saveState() const {
-  return detail::stateOf(*implementation_);
-}
-void Odometry::loadState(std::string_view bytes) {
-  detail::restoreState(*implementation_, bytes);
 }
 
 }  // namespace planar_mapping

@@ -12,8 +12,8 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
-#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/beliefs/feature_beliefs.h"
+#include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping {
@@ -114,12 +114,6 @@ class PLANAR_MAPPING_EXPORT Odometry {
   std::size_t landmarks() const;
   /// Position of a landmark in the world, or nothing if it is not known.
   std::optional<Vector3> landmark(std::int64_t track) const;
-  /// What is remembered of the frames before, for another process to continue with; bytes of the
-  /// same build.
-  std::string saveState() const;
-  /// Into an object with the same parameters: it goes on as the other would have, bit for bit.
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes);
 
  private:
   class Implementation;

@@ -38,10 +38,6 @@ class SeenRanges {
   SeenThrough compare(const Surfel& plane, const Pose& T_sensor_plane) const;
   /// Marks what the rays went through as gone.
   void markGone(SurfaceCells& cells, const Pose& T_sensor_cells) const;
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(cell_, ranges_);
-  }
 
  private:
   /// Of the bin of this direction and the eight around it: its own must have been looked at.

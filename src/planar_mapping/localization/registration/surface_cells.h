@@ -22,11 +22,6 @@ struct Surfel {
   double normal_error = 0.0;         ///< standard deviation of the normal, radians
   bool planar = false;
   bool gone = false;  ///< a later cloud was seen through it, and none has hit it since
-
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(center, normal, deviation, error, normal_error, planar, gone);
-  }
 };
 
 enum class CellShape : std::uint8_t { Plane, Line };
@@ -61,11 +56,6 @@ class SurfaceCells {
   bool hasPlaneAt(const Vector3& point) const;
   /// Keeps the cells seen last.
   void limit(std::size_t most);
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(cells_);
-    if (Archive::kReads) numberCells();
-  }
 
  private:
   struct Cell {
@@ -78,11 +68,6 @@ class SurfaceCells {
     std::int64_t last_frame = 0;
     bool changed = false;
     Surfel surfel;
-
-    template <typename Archive>
-    void visitState(Archive& archive) {
-      archive(index, points, weight, sum, squares, towards, last_frame, changed, surfel);
-    }
   };
   Vector3 corner(const CellKey& index) const { return cell_ * Vector3(index.x, index.y, index.z); }
   void fitCell(Cell& cell) const;

@@ -7,7 +7,6 @@
 #include <deque>
 #include <iterator>
 
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 #include "planar_mapping/localization/registration/seen_through.h"
 #include "planar_mapping/localization/registration/surface_registration.h"
@@ -108,10 +107,6 @@ class SurfaceMap::Implementation {
 
   const SurfaceMapParams& params() const { return params_; }
   std::size_t cells() const { return fine_.size(); }
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(views_, rest_, fine_, coarse_, edges_, frame_);
-  }
 
  private:
   bool isScanner() const { return params_.optical_axis.isZero(); }
@@ -312,22 +307,12 @@ class SurfaceMap::Implementation {
   struct View {
     detail::SeenRanges seen;
     Pose T_sensor_world = Pose::Identity();
-
-    template <typename Archive>
-    void visitState(Archive& archive) {
-      archive(seen, T_sensor_world);
-    }
   };
 
   /// The cloud with which the sensor came to rest, in its own frame.
   struct Rest {
     detail::SurfaceCells seen;
     Pose T_world_sensor = Pose::Identity();
-
-    template <typename Archive>
-    void visitState(Archive& archive) {
-      archive(seen, T_world_sensor);
-    }
   };
 
   SurfaceMapParams params_;
@@ -385,13 +370,6 @@ std::vector<CloudRegistration> SurfaceMap::placesFar(const PointsView& cloud,
 
 std::size_t SurfaceMap::cells() const {
   return implementation_->cells();
-}
-
-std::string SurfaceMap::saveState() const {
-  return detail::stateOf(*implementation_);
-}
-void SurfaceMap::loadState(std::string_view bytes) {
-  detail::restoreState(*implementation_, bytes);
 }
 
 }  // namespace planar_mapping

@@ -112,12 +112,6 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const;
 
   std::size_t cells() const;
-  /// What is remembered of the frames before, for another process to continue with; bytes of the
-  /// same build.
-  std::string saveState() const;
-  /// Into an object with the same parameters: it goes on as the other would have, bit for bit.
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes);
 
  private:
   class Implementation;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planar_mapping/base/summed_area.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/summed_area.h"
 
 namespace planar_mapping {
 namespace {

@@ -8,8 +8,8 @@
 #include <limits>
 #include <optional>
 
-#include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/stereo/cv_image.h"
 
 namespace planar_mapping {
 namespace {

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/localization/registration/view_agreement.h"
 #include "planar_mapping/localization/views/view_map.h"
+#include "planar_mapping/stereo/features/feature_detection.h"
 
 namespace planar_mapping {
 
@@ -21,12 +21,6 @@ class ViewMap::View {
 
   /// Finds the features; image and depth are not needed any more then.
   void detect(const ViewMapParams& params);
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(cells.camera, cells.points, cells.nearest, cells.farthest, cells.tones, cells.facing,
-            cells.facing_nearby, sightings, descriptors, gray_.width, gray_.height, gray_.channels,
-            gray_.pixels, camera_, depths_, detected_);
-  }
 
   ViewCells cells;
   std::vector<FeatureSighting> sightings;
@@ -98,20 +92,10 @@ class ViewMap::PlacedViews {
   bool isSamePlace(const View& view, const Pose& a, const Pose& b) const;
   static double distance(const Pose& a, const Pose& b);
 
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(views_);
-  }
-
  private:
   struct Placed {
     ViewPtr view;
     Pose T_world_sensor = Pose::Identity();
-    template <typename Archive>
-    void visitState(Archive& archive) {
-      if (!view) view = std::make_shared<View>();
-      archive(*view, T_world_sensor);
-    }
   };
 
   std::vector<const Placed*> latest() const;

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 
-#include "planar_mapping/stereo/cv_image.h"
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/localization/views/placed_views.h"
+#include "planar_mapping/stereo/cv_image.h"
 
 namespace planar_mapping {
 namespace {
@@ -368,13 +367,6 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
     location.reason = kLooksTheSame;
   }
   return location;
-}
-
-std::string ViewMap::saveState() const {
-  return detail::stateOf(*views_);
-}
-void ViewMap::loadState(std::string_view bytes) {
-  detail::restoreState(*views_, bytes);
 }
 
 }  // namespace planar_mapping

@@ -11,9 +11,9 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/geometry/camera.h"
+#include "planar_mapping/io/image_file.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 #include "planar_mapping/localization/registration/surface_map.h"
-#include "planar_mapping/io/image_file.h"
 
 namespace planar_mapping {
 
@@ -97,11 +97,6 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   /// \param known       the less, the more it takes to believe a pose; many features suffice
   Location locate(const ViewPtr& view, const Pose& guess,
                   const std::vector<PoseCandidate>& candidates, ViewGuess known) const;
-
-  /// The views, for another process to continue with; bytes of the same build.
-  std::string saveState() const;
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes);
 
  private:
   std::unique_ptr<PlacedViews> views_;

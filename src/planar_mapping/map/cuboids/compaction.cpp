@@ -6,9 +6,9 @@
 #include <tuple>
 #include <utility>
 
-#include "planar_mapping/map/cuboids/cover_geometry.h"
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/parallel.h"
+#include "planar_mapping/map/cuboids/cover_geometry.h"
 #include "planar_mapping/map/store/surface_band.h"
 
 namespace planar_mapping::detail {

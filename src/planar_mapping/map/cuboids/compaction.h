@@ -22,8 +22,8 @@ class Compaction {
   void update(const MapData& map);
   /// As of the last update.
   std::size_t count() const { return count_; }
-  /// Makes the list of the cuboids as of the last update, since when nothing may have changed: those
-  /// of the patches by plane and patch, then those of the regions.
+  /// Makes the list of the cuboids as of the last update, since when nothing may have changed:
+  /// those of the patches by plane and patch, then those of the regions.
   const std::vector<Cuboid>& makeList(const MapData& map);
   const std::vector<Cuboid>& list() const { return list_; }
   std::size_t memoryBytes() const;
@@ -39,7 +39,7 @@ class Compaction {
   };
   /// A region that is to be covered.
   struct RegionTask {
-    std::size_t region = 0;  ///< position in regions_
+    std::size_t region = 0;           ///< position in regions_
     std::vector<std::uint32_t> near;  ///< positions of covers that have or absorb something in it
   };
   void updateCovers(const MapData& map);

@@ -9,8 +9,6 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::uint32_t kLeafSize = 4;
-
 float roundedDown(double value) {
   const auto nearest = static_cast<float>(value);
   return static_cast<double>(nearest) <= value ? nearest : std::nextafter(nearest, -INFINITY);
@@ -23,56 +21,71 @@ float roundedUp(double value) {
 
 void CuboidIndex::build(const std::vector<Cuboid>& cuboids) {
   nodes_.clear();
-  order_.resize(cuboids.size());
-  std::iota(order_.begin(), order_.end(), 0u);
   if (cuboids.empty()) return;
+  std::vector<std::uint32_t> order(cuboids.size());
+  std::iota(order.begin(), order.end(), 0u);
   std::vector<Vector3> half(cuboids.size());
   for (std::size_t i = 0; i < cuboids.size(); ++i) {
     // A hair wider, so that rounding never hides a point on a face.
     half[i] = reach(cuboids[i]) +
               Vector3::Constant(1e-9 * (1.0 + cuboids[i].center.cwiseAbs().maxCoeff()));
   }
-  struct Range {
-    std::uint32_t node, begin, end;
+  const auto divide = [&](std::size_t begin, std::size_t middle, std::size_t end) {
+    Vector3 low = Vector3::Constant(INFINITY), high = -low;
+    for (std::size_t i = begin; i < end; ++i) {
+      low = low.cwiseMin(cuboids[order[i]].center);
+      high = high.cwiseMax(cuboids[order[i]].center);
+    }
+    Vector3::Index axis = 0;
+    (high - low).maxCoeff(&axis);
+    const auto at = [&](std::size_t i) { return order.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t a, std::uint32_t b) {
+      const double ca = cuboids[a].center[axis];
+      const double cb = cuboids[b].center[axis];
+      return ca != cb ? ca < cb : a < b;
+    });
   };
-  nodes_.reserve(cuboids.size());
+  struct Range {
+    std::size_t node, begin, end;
+  };
+  std::vector<Range> open{{0, 0, cuboids.size()}};
+  nodes_.reserve(cuboids.size() / 3 + 1);
   nodes_.emplace_back();
-  std::vector<Range> open{{0, 0, static_cast<std::uint32_t>(cuboids.size())}};
   while (!open.empty()) {
     const Range range = open.back();
     open.pop_back();
-    Vector3 low = Vector3::Constant(INFINITY), high = -low, centre_low = low, centre_high = high;
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const std::uint32_t c = order_[i];
-      low = low.cwiseMin(cuboids[c].center - half[c]);
-      high = high.cwiseMax(cuboids[c].center + half[c]);
-      centre_low = centre_low.cwiseMin(cuboids[c].center);
-      centre_high = centre_high.cwiseMax(cuboids[c].center);
+    // All children but the last hold as many cuboids as their levels can.
+    std::size_t part = 1;
+    while (kChildren * part < range.end - range.begin) part *= kChildren;
+    if (range.begin + 2 * part < range.end) divide(range.begin, range.begin + 2 * part, range.end);
+    for (std::size_t begin = range.begin; begin < range.end; begin += 2 * part) {
+      const std::size_t end = std::min(begin + 2 * part, range.end);
+      if (begin + part < end) divide(begin, begin + part, end);
     }
-    for (int i = 0; i < 3; ++i) {
-      nodes_[range.node].low[i] = roundedDown(low[i]);
-      nodes_[range.node].high[i] = roundedUp(high[i]);
+    for (int c = 0; c < kChildren; ++c) {
+      const std::size_t begin =
+          std::min(range.begin + static_cast<std::size_t>(c) * part, range.end);
+      const std::size_t end = std::min(begin + part, range.end);
+      Vector3 low = Vector3::Constant(INFINITY), high = -low;
+      for (std::size_t i = begin; i < end; ++i) {
+        low = low.cwiseMin(cuboids[order[i]].center - half[order[i]]);
+        high = high.cwiseMax(cuboids[order[i]].center + half[order[i]]);
+      }
+      std::uint32_t child = kIsCuboid;
+      if (end - begin == 1) {
+        child |= order[begin];
+      } else if (end > begin) {
+        child = static_cast<std::uint32_t>(nodes_.size());
+        open.push_back({nodes_.size(), begin, end});
+        nodes_.emplace_back();
+      }
+      Node& node = nodes_[range.node];
+      node.child[c] = child;
+      for (int i = 0; i < 3; ++i) {
+        node.low[i][c] = roundedDown(low[i]);
+        node.high[i][c] = roundedUp(high[i]);
+      }
     }
-    if (range.end - range.begin <= kLeafSize) {
-      nodes_[range.node].first = range.begin;
-      nodes_[range.node].count = range.end - range.begin;
-      continue;
-    }
-    Vector3::Index axis = 0;
-    (centre_high - centre_low).maxCoeff(&axis);
-    const std::uint32_t middle = range.begin + (range.end - range.begin) / 2;
-    std::nth_element(order_.begin() + range.begin, order_.begin() + middle,
-                     order_.begin() + range.end, [&](std::uint32_t a, std::uint32_t b) {
-                       const double ca = cuboids[a].center[axis];
-                       const double cb = cuboids[b].center[axis];
-                       return ca != cb ? ca < cb : a < b;
-                     });
-    const auto child = static_cast<std::uint32_t>(nodes_.size());
-    nodes_[range.node].first = child;
-    nodes_.emplace_back();
-    nodes_.emplace_back();
-    open.push_back({child, range.begin, middle});
-    open.push_back({child + 1, middle, range.end});
   }
   nodes_.shrink_to_fit();
 }

@@ -13,7 +13,8 @@
 
 namespace planar_mapping::detail {
 
-/// Bounding volume hierarchy over cuboids: huge cuboids and far coordinates cost nothing extra.
+/// Bounding volume hierarchy over cuboids: huge cuboids and far coordinates cost nothing extra. A
+/// node holds the bounds of four children side by side, which are compared at once.
 class PLANAR_MAPPING_EXPORT CuboidIndex {
  public:
   void build(const std::vector<Cuboid>& cuboids);
@@ -29,101 +30,99 @@ class PLANAR_MAPPING_EXPORT CuboidIndex {
   template <typename Visit>
   void visitBox(const Vector3& low, const Vector3& high, Visit&& visit) const {
     if (nodes_.empty()) return;
-    const Node* nodes = nodes_.data();
-    std::uint32_t stack[kMaxDepth];
+    // Bounds are floats: rounding to nearest keeps the order between them and the box.
+    const Eigen::Vector3f from = low.cast<float>();
+    const Eigen::Vector3f to = high.cast<float>();
+    std::uint32_t stack[kMaxOpen];
     int top = 0;
     stack[top++] = 0;
     while (top > 0) {
-      const Node& node = nodes[stack[--top]];
-      bool meets = true;
-      for (int i = 0; i < 3; ++i) meets &= high[i] >= node.low[i] && low[i] <= node.high[i];
-      if (!meets) continue;
-      if (node.count > 0) {
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-          if (!visit(order_[i])) return;
-        }
-        continue;
+      const Node& node = nodes_[stack[--top]];
+      std::int32_t meets[kChildren];
+      for (int c = 0; c < kChildren; ++c) {
+        meets[c] = static_cast<int>(to[0] >= node.low[0][c]) & (from[0] <= node.high[0][c]) &
+                   (to[1] >= node.low[1][c]) & (from[1] <= node.high[1][c]) &
+                   (to[2] >= node.low[2][c]) & (from[2] <= node.high[2][c]);
       }
-      stack[top++] = node.first + 1;
-      stack[top++] = node.first;
+      for (int c = 0; c < kChildren; ++c) {
+        if (meets[c] == 0) continue;
+        if ((node.child[c] & kIsCuboid) == 0) {
+          stack[top++] = node.child[c];
+        } else if (!visit(node.child[c] & ~kIsCuboid)) {
+          return;
+        }
+      }
     }
   }
   /// Calls visit(index) for the cuboids whose axis-aligned bounds the ray enters within range,
-  /// which visit may shorten on the way, and maybe others; of two groups the one that the ray
+  /// which visit may shorten on the way, and maybe others; of two the one whose bounds the ray
   /// enters first comes first. \param direction finite, not 0
   template <typename Visit>
   void visitAlong(const Vector3& origin, const Vector3& direction, const double& range,
                   Visit&& visit) const {
-    visitByBound([&](const Node& node) { return entryOf(node, origin, direction); }, range, visit);
+    const auto entry = [&](const Vector3& low, const Vector3& high) {
+      constexpr double kNever = std::numeric_limits<double>::infinity();
+      double from = 0.0;
+      double to = kNever;
+      return clipToBox(low, high, origin, direction, from, to) ? from : kNever;
+    };
+    visitByBound(entry, range, visit);
   }
   /// Calls visit(index) for the cuboids whose axis-aligned bounds are within a squared distance of
-  /// the point, which visit may shorten on the way, and maybe others; of two groups the nearer one
-  /// comes first.
+  /// the point, which visit may shorten on the way, and maybe others; of two the one with nearer
+  /// bounds comes first.
   template <typename Visit>
   void visitNearest(const Vector3& point, const double& squared_range, Visit&& visit) const {
-    visitByBound([&](const Node& node) { return squaredDistance(node, point); }, squared_range,
-                 visit);
+    const auto squaredDistance = [&](const Vector3& low, const Vector3& high) {
+      return (low - point).cwiseMax(point - high).cwiseMax(0.0).squaredNorm();
+    };
+    visitByBound(squaredDistance, squared_range, visit);
   }
-  std::size_t memoryBytes() const {  ///< on the heap
-    return capacityBytes(nodes_) + capacityBytes(order_);
-  }
+  std::size_t memoryBytes() const { return capacityBytes(nodes_); }  ///< on the heap
 
  private:
-  static constexpr int kMaxDepth = 64;  // halves each time, and 2^32 cuboids do not fit
+  static constexpr int kChildren = 4;
+  /// Each of at most 16 levels (4^16 cuboids) leaves three children open.
+  static constexpr int kMaxOpen = 3 * 16 + 1;
+  static constexpr std::uint32_t kIsCuboid = 0x80000000u;
   struct Node {
-    float low[3];  ///< rounded outwards
-    float high[3];
-    std::uint32_t first = 0;  ///< of the order in a leaf, else the two children
-    std::uint32_t count = 0;  ///< 0 = inner node
+    float low[3][kChildren];  ///< rounded outwards; of a child that is missing above the high ones
+    float high[3][kChildren];
+    std::uint32_t child[kChildren];  ///< a node, or a cuboid's number with kIsCuboid
   };
-  /// Visits the groups whose bound is within the limit, of two the one with the lower bound first.
+  /// Visits cuboids whose bound is within the limit, the lowest one first.
   template <typename Bound, typename Visit>
   void visitByBound(const Bound& bound, const double& limit, Visit& visit) const {
     if (nodes_.empty()) return;
-    const Node* nodes = nodes_.data();
     struct Open {
-      std::uint32_t node;
+      std::uint32_t child;
       double bound;
     };
-    Open stack[kMaxDepth];
+    Open stack[kMaxOpen];
     int top = 0;
-    stack[top++] = {0, bound(nodes[0])};
+    stack[top++] = {0, 0.0};
     while (top > 0) {
       const Open open = stack[--top];
       if (!(open.bound <= limit)) continue;
-      const Node& node = nodes[open.node];
-      if (node.count > 0) {
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
+      if ((open.child & kIsCuboid) != 0) {
+        visit(open.child & ~kIsCuboid);
         continue;
       }
-      Open near = {node.first, bound(nodes[node.first])};
-      Open far = {node.first + 1, bound(nodes[node.first + 1])};
-      if (far.bound < near.bound) std::swap(near, far);
-      stack[top++] = far;
-      stack[top++] = near;
+      const Node& node = nodes_[open.child];
+      const int first = top;
+      for (int c = 0; c < kChildren; ++c) {
+        if (node.low[0][c] > node.high[0][c]) break;  // no more children
+        const double its = bound(Vector3(node.low[0][c], node.low[1][c], node.low[2][c]),
+                                 Vector3(node.high[0][c], node.high[1][c], node.high[2][c]));
+        if (!(its <= limit)) continue;
+        int at = top++;
+        for (; at > first && stack[at - 1].bound < its; --at) stack[at] = stack[at - 1];
+        stack[at] = {node.child[c], its};
+      }
     }
   }
-  /// Where the ray enters the bounds of a node, at least 0; infinite if it does not.
-  static double entryOf(const Node& node, const Vector3& origin, const Vector3& direction) {
-    constexpr double kNever = std::numeric_limits<double>::infinity();
-    double from = 0.0;
-    double to = kNever;
-    const Vector3 low = Eigen::Map<const Eigen::Vector3f>(node.low).cast<double>();
-    const Vector3 high = Eigen::Map<const Eigen::Vector3f>(node.high).cast<double>();
-    return clipToBox(low, high, origin, direction, from, to) ? from : kNever;
-  }
 
-  static double squaredDistance(const Node& node, const Vector3& point) {
-    double sum = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      const double outside = std::max({node.low[i] - point[i], point[i] - node.high[i], 0.0});
-      sum += outside * outside;
-    }
-    return sum;
-  }
-
-  std::vector<Node> nodes_;
-  std::vector<std::uint32_t> order_;  ///< of the cuboids, by leaves
+  std::vector<Node> nodes_;  ///< the first one is the root
 };
 
 }  // namespace planar_mapping::detail

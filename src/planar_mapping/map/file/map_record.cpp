@@ -4,8 +4,8 @@
 
 #include <utility>
 
-#include "planar_mapping/map/file/parameter_text.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/map/file/parameter_text.h"
 
 namespace planar_mapping::detail {
 namespace {

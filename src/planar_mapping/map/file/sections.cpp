@@ -6,9 +6,9 @@
 #include <map>
 #include <string>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/map/file/map_record.h"
 #include "planar_mapping/map/file/parameter_text.h"
-#include "planar_mapping/base/error.h"
 #include "planar_mapping/map/store/belief.h"
 
 namespace planar_mapping::detail {

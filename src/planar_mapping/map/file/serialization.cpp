@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
-#include "planar_mapping/map/file/columns.h"
-#include "planar_mapping/map/file/map_record.h"
 #include "planar_mapping/base/crc32.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/map/file/columns.h"
+#include "planar_mapping/map/file/map_record.h"
 
 namespace planar_mapping::detail {
 namespace {

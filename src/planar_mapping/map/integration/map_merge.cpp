@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/map/file/map_record.h"
-#include "planar_mapping/base/number_text.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/number_text.h"
+#include "planar_mapping/map/file/map_record.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <tuple>
 
-#include "planar_mapping/map/integration/frame.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/map/integration/frame.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/map/store/planar_map_params.h"
 #include "planar_mapping/map/store/cell_layer.h"
 #include "planar_mapping/map/store/ground_places.h"
+#include "planar_mapping/map/store/planar_map_params.h"
 #include "planar_mapping/map/store/plane_layer.h"
 #include "planar_mapping/map/store/unknown_space.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/base/number_text.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/number_text.h"
 #include "planar_mapping/map/store/unknown_space.h"
 
 namespace planar_mapping {

@@ -6,8 +6,8 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/cuboids/cuboid_approximation.h"
-#include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 
 namespace planar_mapping {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "planar_mapping/geometry/cuboid.h"
+#include "planar_mapping/map/sensor/depth_image.h"
 #include "planar_mapping/map/store/key_map.h"
 #include "planar_mapping/map/store/planar_map_params.h"
-#include "planar_mapping/map/sensor/depth_image.h"
 #include "planar_mapping/map/store/space_region.h"
 
 namespace planar_mapping::detail {

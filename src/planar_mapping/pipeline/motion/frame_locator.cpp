@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "planar_mapping/base/state_archive.h"
-
 namespace planar_mapping::detail {
 namespace {
 
@@ -216,15 +214,6 @@ bool FrameLocator::isAmbiguous([[maybe_unused]] const Pose& T_world_sensor) cons
 #endif
 }
 
-bool FrameLocator::isRefused([[maybe_unused]] const Pose& T_world_sensor) const {
-#ifdef PLANAR_MAPPING_HAS_STEREO
-  return isSeen() &&
-         views_->check(view_, T_world_sensor, &T_world_sensor, false) == PoseVerdict::Refused;
-#else
-  return false;
-#endif
-}
-
 /// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion
 /// before, if a cloud alone gave it, is no better. What spins is on a vehicle, which goes on.
 Pose FrameLocator::expectedPose(const Frame& frame) const {
@@ -370,31 +359,6 @@ std::string FrameLocator::reasonFor(const Frame& frame, const OdometryResult& re
   // Of scans nobody expects features.
   return frame.camera || !frame.key_features.empty() ? reason + ", and " + cloud_reason_
                                                      : cloud_reason_;
-}
-
-std::string FrameLocator::saveState() const {
-  StateWriter writer;
-  writer(last_pose_, by_cloud_, lost_, odometry_.saveState(),
-         surfaces_ ? surfaces_->saveState() : std::string());
-#ifdef PLANAR_MAPPING_HAS_STEREO
-  writer(views_->saveState());
-#endif
-  return writer.take();
-}
-
-void FrameLocator::loadState(const std::string& bytes) {
-  StateReader reader(bytes);
-  std::string odometry;
-  std::string surfaces;
-  reader(last_pose_, by_cloud_, lost_, odometry, surfaces);
-  odometry_.loadState(odometry);
-  if (surfaces_) surfaces_->loadState(surfaces);
-#ifdef PLANAR_MAPPING_HAS_STEREO
-  std::string views;
-  reader(views);
-  views_->loadState(views);
-#endif
-  reader.finish();
 }
 
 }  // namespace planar_mapping::detail

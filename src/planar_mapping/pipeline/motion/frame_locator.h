@@ -62,17 +62,12 @@ class FrameLocator {
   /// Whether the image hardly agrees with a pose, or as well with one farther along what the view
   /// leaves open.
   bool isAmbiguous(const Pose& T_world_sensor) const;
-  /// Whether the image, if it can be compared, contradicts a pose.
-  bool isRefused(const Pose& T_world_sensor) const;
   /// Why place() found nothing.
   const std::string& doubt() const { return doubt_; }
   /// Why the frame could not be registered.
   std::string reasonFor(const Frame& frame, const OdometryResult& result) const;
   /// Of a pose that views settle on.
   static Matrix6 covarianceByViews() { return poseCovariance(0.02, 0.01); }
-
-  std::string saveState() const;
-  void loadState(const std::string& bytes);
 
  private:
   std::optional<Placement> placeFar(const Frame& frame, const Pose& guess,

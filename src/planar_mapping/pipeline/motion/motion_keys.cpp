@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "planar_mapping/ground/upright.h"
 #include "planar_mapping/ground/ground.h"
+#include "planar_mapping/ground/up.h"
 #include "planar_mapping/pipeline/rounded.h"
 
 namespace planar_mapping::detail {
@@ -60,8 +60,8 @@ Pose StartPose::of(Frame& frame, bool optical, const std::optional<StereoNoise>&
 void StartPose::levelByPlanes(Frame& frame, const std::optional<StereoNoise>& noise,
                               Pose& pose) const {
   if (!frame.cloud) return;
-  const Upright upright =
-      findUpright(pointsOf(*frame.cloud), noise, pose.linear().transpose() * Vector3::UnitZ());
+  const Upright upright = findUpright(planesFor(pointsOf(*frame.cloud), noise),
+                                      pose.linear().transpose() * Vector3::UnitZ());
   if (!upright.found) return;
   setUpright(upright.up, pose);
   const double tilt_deg = upright.tilt * 180.0 / M_PI;

@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <optional>
 
-#include "planar_mapping/pipeline/noise_keys.h"
 #include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/localization/odometry/odometry.h"
 #include "planar_mapping/localization/registration/surface_map.h"
 #include "planar_mapping/pipeline/frame.h"
+#include "planar_mapping/pipeline/noise_keys.h"
 #include "planar_mapping/pipeline/parameter.h"
 
 namespace planar_mapping::detail {

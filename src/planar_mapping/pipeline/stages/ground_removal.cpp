@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/filters/ground_removal.h"
 
-#include "planar_mapping/pipeline/stages/builtin.h"
 #include "planar_mapping/pipeline/noise_keys.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
 
 namespace planar_mapping {
 namespace {
@@ -60,6 +60,7 @@ class GroundRemovalStage : public Stage {
     table.basic({"camera_height_m", "up", "optical_axis", "distance_threshold_m"});
   }
   void configure(const RunSettings& settings) override {
+    if (settings.up) params_.up = settings.up;
     params_.seed = settings.seed;
     params_.threads = settings.threads;
     params_.validate();
@@ -81,8 +82,6 @@ class GroundRemovalStage : public Stage {
     frame.notes.push_back(frame.source +
                           ": no ground: " + toString(filter_.getDiagnostics().status));
   }
-  std::string saveState() const override { return filter_.saveState(); }
-  void loadState(const std::string& bytes) override { filter_.loadState(bytes); }
 
  private:
   GroundParams params_;

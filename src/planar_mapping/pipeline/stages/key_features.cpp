@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <string>
 
-#include "planar_mapping/pipeline/stages/builtin.h"
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
 #include "planar_mapping/stereo/features/cloud_features.h"
 #include "planar_mapping/stereo/features/colour_registration.h"
 #include "planar_mapping/stereo/features/feature_tracker.h"
@@ -145,18 +144,6 @@ class KeyFeaturesStage : public Stage {
     } else {
       sampleCloud(frame);
     }
-  }
-  std::string saveState() const override {
-    detail::StateWriter writer;
-    writer(tracker_.saveState(), sampler_, registration_);
-    return writer.take();
-  }
-  void loadState(const std::string& bytes) override {
-    detail::StateReader reader(bytes);
-    std::string tracker;
-    reader(tracker, sampler_, registration_);
-    reader.finish();
-    tracker_.loadState(tracker);
   }
 
  private:

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 
-#include "planar_mapping/pipeline/stages/builtin.h"
 #include "planar_mapping/pipeline/noise_keys.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
 
 namespace planar_mapping {
 namespace {
@@ -88,6 +88,9 @@ class KlOccupancyStage : public Stage {
     filter_.setParams(params_);
   }
 
+  bool usesKeyFeatures(const Frame&) const override {
+    return params_.source == FeatureSource::Tracks;
+  }
   void process(Frame& frame) override {
     std::vector<std::int32_t> labels(frame.cloud->size(), -1);
     for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
@@ -109,9 +112,6 @@ class KlOccupancyStage : public Stage {
     frame.features = seen.created + seen.updated;
     frame.matches = seen.updated;
   }
-
-  std::string saveState() const override { return filter_.saveState(); }
-  void loadState(const std::string& bytes) override { filter_.loadState(bytes); }
 
  private:
   KlOccupancyParams params_;

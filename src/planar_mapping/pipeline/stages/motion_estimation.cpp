@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cstddef>
 
-#include "planar_mapping/pipeline/stages/builtin.h"
+#include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/pipeline/motion/frame_locator.h"
-#include "planar_mapping/pipeline/motion/given_poses.h"
 #include "planar_mapping/pipeline/motion/motion_keys.h"
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/pipeline/rounded.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -43,37 +43,48 @@ class MotionEstimationStage : public Stage {
     keys_.adapt(optical_);
   }
   void process(Frame& frame) override;
-  std::string saveState() const override;
-  void loadState(const std::string& bytes) override;
+  bool usesKeyFeatures(const Frame& frame) const override {
+    return !takesGiven(frame) || checked_ < kCheckedFrames;
+  }
 
  private:
+  /// Whether the given pose is taken as it is, and nothing looked for.
+  bool takesGiven(const Frame& frame) const {
+    return frame.given_pose && keys_.poses == Poses::Use;
+  }
   void prepare(const Frame& frame);
   void startLocator(bool with_clouds);
   void placeAgain(Frame& frame);
   void takeGiven(Frame& frame);
+  void checkGiven(Frame& frame);
   std::optional<FrameLocator::Placement> placeDoubtful(const Frame& frame);
   Pose priorByCloud(const Frame& frame);
   void registerFrame(Frame& frame, bool given);
   std::optional<PosePrior> start(Frame& frame);
   FrameMotion motionTo(const Pose& T_world_sensor, const Matrix6& covariance) const;
 
+  static constexpr int kCheckedFrames = 4;  ///< the first, whose features check given poses
+
   MotionKeys keys_;
   bool optical_ = true;  ///< clouds are in a camera's frame, z forward; else x forward, z up
   std::optional<FrameLocator> locator_;
-  bool out_of_order_ = false;  ///< the last frame with a pose was one placed again
-  GivenPoses given_;
+  bool out_of_order_ = false;              ///< the last frame with a pose was one placed again
+  Pose T_world_given_ = Pose::Identity();  ///< by the last frame that had both poses
+  int uncorrected_ = 0;                    ///< frames without features since a cloud told
+  int checked_ = 0;                        ///< frames whose given pose was compared with features
 };
 
 }  // namespace
 
 void MotionEstimationStage::process(Frame& frame) {
   if (!locator_) prepare(frame);
-  if (frame.again) return placeAgain(frame);
-  const bool given = frame.given_pose && keys_.poses != Poses::Ignore;
-  if (given && keys_.poses == Poses::Use && frame.key_features.empty()) {
+  if (takesGiven(frame)) {
+    if (checked_ < kCheckedFrames) checkGiven(frame);
     takeGiven(frame);
+  } else if (frame.again) {
+    return placeAgain(frame);
   } else {
-    registerFrame(frame, given);
+    registerFrame(frame, frame.given_pose && keys_.poses == Poses::Prior);
   }
   frame.statistics.push_back({"motion_step_m", frame.motion && frame.skip_reason.empty()
                                                    ? frame.motion->T_now_before.translation().norm()
@@ -143,6 +154,38 @@ void MotionEstimationStage::takeGiven(Frame& frame) {
   locator_->setLastPose(frame.T_world_sensor);
 }
 
+/// Poses of another camera, unit or convention show in the first frames.
+void MotionEstimationStage::checkGiven(Frame& frame) {
+  constexpr std::size_t kMinInliers = 20;
+  constexpr double kMaxAgreeing = 0.3;  // of the features, with a wrong pose
+  constexpr double kMaxDistance = 0.1;  // metres
+  constexpr double kMaxTurn = 5.0;      // degrees
+  ++checked_;
+  Odometry& odometry = locator_->odometry();
+  const PosePrior given{*frame.given_pose, Matrix6::Identity(), true};
+  if (odometry.started()) {
+    const OdometryResult there = odometry.locate(frame.key_features, given);
+    const OdometryResult seen = odometry.locate(frame.key_features);
+    const bool is_wrong =
+        static_cast<double>(there.inliers) <= kMaxAgreeing * static_cast<double>(there.matches) &&
+        seen.registered && seen.inliers >= std::max(kMinInliers, 2 * there.inliers);
+    const Pose apart = frame.given_pose->inverse() * seen.T_world_sensor;
+    const double distance = apart.translation().norm();
+    const double turn = rotationAngle(apart.linear()) / kRadiansPerDegree;
+    if (is_wrong && (distance > kMaxDistance || turn > kMaxTurn)) {
+      frame.warnings.push_back(
+          "frame " + std::to_string(frame.number) + " " + frame.source +
+          ": its given pose contradicts the images: " + std::to_string(seen.inliers) + " of " +
+          std::to_string(seen.matches) + " known features put it " + rounded(distance, 2) +
+          " m and " + rounded(turn, 1) +
+          " degrees elsewhere; are they poses of this camera in the world (z forward, y down), in "
+          "metres, and is calib.yaml right? --set motion_estimation.poses=ignore finds them");
+      checked_ = kCheckedFrames;
+    }
+  }
+  odometry.update(frame.key_features, given);
+}
+
 /// Of a frame whose image may not be registered to its cloud: as if there were none, else near.
 /// After a frame that was left out nobody knows how far the camera has moved: then a cloud alone
 /// tells too little where things repeat.
@@ -176,15 +219,15 @@ std::optional<FrameLocator::Placement> MotionEstimationStage::placeDoubtful(cons
 Pose MotionEstimationStage::priorByCloud(const Frame& frame) {
   constexpr double kCautious = 0.2;   // of its deviations: registration states them too large
   constexpr double kFarthest = 22.5;  // 99.9 % of the squared distances, 6 degrees of freedom
-  const Pose expected = given_.T_world_given * *frame.given_pose;
+  const Pose expected = T_world_given_ * *frame.given_pose;
   const CloudRegistration near = locator_->nearBy(frame, expected);
-  const Matrix6 of_given = ++given_.uncorrected * poseCovariance(keys_.given_position_error,
-                                                                 keys_.given_orientation_error);
+  const Matrix6 of_given =
+      ++uncorrected_ * poseCovariance(keys_.given_position_error, keys_.given_orientation_error);
   const Matrix6 of_both = of_given + kCautious * kCautious * near.covariance;
   const Vector6 off = motionDifference(Pose::Identity(), expected.inverse() * near.T_world_sensor);
   const Vector6 weighed = of_both.ldlt().solve(off);
   if (!near.found || off.dot(weighed) > kFarthest) return expected;
-  given_.uncorrected = 0;
+  uncorrected_ = 0;
   return expected * motionStep(of_given * weighed);
 }
 
@@ -195,10 +238,8 @@ void MotionEstimationStage::registerFrame(Frame& frame, bool given) {
   if (given) {
     prior = PosePrior{*frame.given_pose,
                       poseCovariance(keys_.given_position_error, keys_.given_orientation_error),
-                      keys_.poses == Poses::Use, true};
-    if (const auto warning = given_.contradictionOf(frame, *locator_))
-      frame.warnings.push_back(*warning);
-    if (keys_.poses == Poses::Prior && frame.key_features.empty()) {
+                      false, true};
+    if (frame.key_features.empty()) {
       prior->T_world_sensor = priorByCloud(frame);
       prior->exact = !odometry.started();
     }
@@ -234,9 +275,8 @@ void MotionEstimationStage::registerFrame(Frame& frame, bool given) {
   }
   locator_->accept(result);
   frame.T_world_sensor = result.T_world_sensor;
-  if (given) given_.T_world_given = frame.T_world_sensor * frame.given_pose->inverse();
+  if (given) T_world_given_ = frame.T_world_sensor * frame.given_pose->inverse();
   if (result.keyframe) locator_->remember(frame);
-  if (given && keys_.poses == Poses::Use) return takeGiven(frame);
   frame.motion = result.motion;
   if (out_of_order_ && frame.motion && locator_->lastPose()) {
     frame.motion->T_now_before = frame.T_world_sensor.inverse() * *locator_->lastPose();
@@ -267,32 +307,6 @@ std::optional<PosePrior> MotionEstimationStage::start(Frame& frame) {
   prior.T_world_sensor = odometry.expectedPose();
   prior.exact = true;
   return prior;
-}
-
-std::string MotionEstimationStage::saveState() const {
-  StateWriter writer;
-  writer(out_of_order_, given_, given_.before ? given_.before->saveState() : std::string(),
-         locator_.has_value());
-  if (locator_)
-    writer(keys_.odometry.camera, keys_.surface.cell, keys_.surface.reach, locator_->usesClouds(),
-           locator_->saveState());
-  return writer.take();
-}
-
-void MotionEstimationStage::loadState(const std::string& bytes) {
-  StateReader reader(bytes);
-  bool is_prepared = false;
-  std::string before;
-  reader(out_of_order_, given_, before, is_prepared);
-  if (is_prepared) {
-    bool with_clouds = false;
-    std::string locator;
-    reader(keys_.odometry.camera, keys_.surface.cell, keys_.surface.reach, with_clouds, locator);
-    startLocator(with_clouds);
-    locator_->loadState(locator);
-  }
-  if (!before.empty()) given_.before.emplace(keys_.odometry).loadState(before);
-  reader.finish();
 }
 
 void addMotionEstimation(StageTable& table) {

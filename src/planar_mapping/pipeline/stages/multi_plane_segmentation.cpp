@@ -6,8 +6,8 @@
 #include <iterator>
 #include <limits>
 
-#include "planar_mapping/pipeline/stages/builtin.h"
 #include "planar_mapping/pipeline/noise_keys.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
 
 namespace planar_mapping {
 namespace {
@@ -93,6 +93,7 @@ class MultiPlaneSegmentationStage : public Stage {
     params_.min_inliers = *min_inliers_;
     params_.validate();
   }
+  bool usesKeyFeatures(const Frame&) const override { return params_.source != PlaneSource::Dense; }
   void process(Frame& frame) override {
     const bool assumes = assumed_probability_ > 0.0 && !frame.even.empty() && frame.camera;
     if (assumes) takeOutCarried(frame);

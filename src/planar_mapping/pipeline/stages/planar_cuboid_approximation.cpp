@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
-#include "planar_mapping/pipeline/stages/builtin.h"
 #include "planar_mapping/pipeline/noise_keys.h"
-#include "planar_mapping/surface/planar_mapping.h"
 #include "planar_mapping/pipeline/rounded.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
+#include "planar_mapping/surface/planar_mapping.h"
 
 namespace planar_mapping {
 namespace {
@@ -113,6 +113,7 @@ class PlanarCuboidApproximationStage : public Stage {
                  "min_cell_fraction"});
   }
   void configure(const RunSettings& settings) override {
+    if (settings.up) up_ = settings.up;
     params_.approximation.threads = settings.threads;
     if (resolution_) params_.approximation.resolution = *resolution_;
     params_.validate();

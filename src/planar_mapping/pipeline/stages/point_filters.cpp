@@ -14,9 +14,9 @@
 #include <cstring>
 #include <limits>
 
-#include "planar_mapping/pipeline/stages/builtin.h"
-#include "planar_mapping/pipeline/noise_keys.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/pipeline/noise_keys.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
 
 namespace planar_mapping {
 namespace {

@@ -5,11 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "planar_mapping/pipeline/stages/builtin.h"
-#include "planar_mapping/base/state_archive.h"
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/stereo/rectification.h"
 #include "planar_mapping/pipeline/rounded.h"
+#include "planar_mapping/pipeline/stages/builtin.h"
+#include "planar_mapping/stereo/rectification.h"
 
 namespace planar_mapping {
 namespace {
@@ -143,11 +142,6 @@ class StereoMatchingStage : public Stage {
                           static_cast<std::uint32_t>(disparity.height));
     frame.camera = calibration.camera;
     frame.baseline = calibration.baseline;
-  }
-
-  std::string saveState() const override { return detail::stateOf(unchecked_rows_); }
-  void loadState(const std::string& bytes) override {
-    detail::restoreState(unchecked_rows_, bytes);
   }
 
  private:

@@ -8,8 +8,8 @@
 #include <limits>
 #include <optional>
 
-#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/planes/assumed/hole_planes.h"
 
 namespace planar_mapping {

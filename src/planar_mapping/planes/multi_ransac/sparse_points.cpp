@@ -9,9 +9,9 @@
 #include <tuple>
 #include <utility>
 
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/grid/cell_table.h"
-#include "planar_mapping/base/lists.h"
 
 namespace planar_mapping::detail {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/base/parallel.h"
+#include "planar_mapping/base/point_indices.h"
 
 namespace planar_mapping::detail {
 

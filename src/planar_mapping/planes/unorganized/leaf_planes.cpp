@@ -8,10 +8,10 @@
 #include <queue>
 #include <utility>
 
-#include "planar_mapping/grid/cell_table.h"
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/base/simd.h"
+#include "planar_mapping/grid/cell_table.h"
 #include "planar_mapping/planes/unorganized/leaf_voters.h"
 
 namespace planar_mapping::detail {

@@ -41,11 +41,6 @@ class PLANAR_MAPPING_EXPORT CloudFeatureSampler {
                                  const std::optional<Pose>& T_world_sensor);
 
   void reset();
-  /// What is kept between frames: see core/base/detail/state_archive.h.
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(frame_, next_track_, cells_);
-  }
 
  private:
   struct Cell {

@@ -36,12 +36,6 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   /// How things in the colour image differ from those in the depth image, in words.
   std::string describe() const;
 
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(state_, frames_, sums_[0], sums_[1], counts_[0], counts_[1], scale_, column_shift_,
-            row_shift_, meets_nothing_);
-  }
-
  private:
   static constexpr int kMaxFrames = 30;  ///< that are looked at
 

@@ -41,11 +41,6 @@ class Descriptors {
     compare(row, other, 0, other.size(), out);
   }
 
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(binary_, length_, values_, words_);
-  }
-
  private:
   void compare(std::size_t row, const Descriptors& other, std::size_t first, std::size_t count,
                std::int32_t* out) const;

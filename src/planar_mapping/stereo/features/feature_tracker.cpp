@@ -7,12 +7,11 @@
 #include <future>
 #include <limits>
 
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/stereo/features/stereo_features.h"
 #include "planar_mapping/stereo/features/track_memory.h"
-#include "planar_mapping/base/parallel.h"
-#include "planar_mapping/base/state_archive.h"
 
 namespace planar_mapping {
 namespace {
@@ -271,20 +270,6 @@ struct FeatureTracker::Impl {
   /// Features that are being looked for, and where.
   io::Image begun_in;
   std::future<DetectedFeatures> begun;
-
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    int rows = last_image.rows;
-    int columns = last_image.cols;
-    std::vector<std::uint8_t> pixels(last_image.data, last_image.data + last_image.total());
-    archive(memory, rows, columns, pixels);
-    if (!Archive::kReads) return;
-    if (rows < 0 || columns < 0 ||
-        pixels.size() != static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns)) {
-      throw Error("the saved state of the features has an image of another size");
-    }
-    last_image = cv::Mat(rows, columns, CV_8U, pixels.data()).clone();
-  }
 };
 FeatureTracker::FeatureTracker(const FeatureTrackerParams& params)
     : impl_(std::make_unique<Impl>(params)) {}
@@ -334,13 +319,6 @@ std::vector<KeyFeature> FeatureTracker::track(const io::Image& image, const Poin
 void FeatureTracker::reset() {
   impl_->memory.clear();
   impl_->last_image.release();
-}
-
-std::string FeatureTracker::saveState() const {
-  return detail::stateOf(*impl_);
-}
-void FeatureTracker::loadState(std::string_view bytes) {
-  detail::restoreState(*impl_, bytes);
 }
 
 }  // namespace planar_mapping

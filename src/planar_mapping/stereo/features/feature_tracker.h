@@ -105,12 +105,6 @@ class PLANAR_MAPPING_EXPORT FeatureTracker {
   const FeatureReport& report() const;
   /// Forgets all tracks; numbers go on.
   void reset();
-  /// What is remembered of the frames before, for another process to continue with; bytes of the
-  /// same build.
-  std::string saveState() const;
-  /// Into an object with the same parameters: it goes on as the other would have, bit for bit.
-  /// \throws Error if the bytes are not what saveState() wrote
-  void loadState(std::string_view bytes);
 
  private:
   struct Impl;

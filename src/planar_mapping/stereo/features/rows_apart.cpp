@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/stereo/features/stereo_features.h"
-#include "planar_mapping/base/lists.h"
 #include "planar_mapping/stereo/rectification.h"
 
 namespace planar_mapping {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/base/types.h"
+#include "planar_mapping/stereo/features/feature_detection.h"
 
 namespace planar_mapping::detail {
 

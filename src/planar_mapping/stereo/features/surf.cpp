@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
+#include "planar_mapping/base/simd.h"
 #include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/stereo/features/surf_descriptor.h"
-#include "planar_mapping/base/simd.h"
 
 // SURF (Bay, Tuytelaars, Van Gool, 2006): maxima of the determinant of the Hessian over place and
 // scale.

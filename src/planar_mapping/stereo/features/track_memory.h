@@ -28,10 +28,6 @@ struct TrackSet {
     tracks.push_back(track);
     descriptors.add(from, row);
   }
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(tracks, descriptors);
-  }
 };
 
 /// The tracks of the last frame and those lost before it, so that a feature keeps its number when
@@ -53,10 +49,6 @@ class TrackMemory {
   void store(TrackSet features, int remember_frames, int max_remembered);
 
   void clear();
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(last_, lost_, frame_, next_number_);
-  }
 
  private:
   TrackSet last_;

@@ -10,8 +10,8 @@
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
-#include "planar_mapping/stereo/matching/path_kernels.h"
 #include "planar_mapping/base/parallel.h"
+#include "planar_mapping/stereo/matching/path_kernels.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -10,10 +10,10 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/matching/semi_global.h"
 #include "planar_mapping/stereo/matching/subpixel.h"
-#include "planar_mapping/base/lists.h"
 
 namespace planar_mapping {
 namespace {

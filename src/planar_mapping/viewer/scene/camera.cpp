@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/plan/plan.h"
 

@@ -9,9 +9,9 @@
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/viewer/scene/camera.h"
 #include "planar_mapping/viewer/scene/colors.h"
+#include "planar_mapping/viewer/scene/ground.h"
 #include "planar_mapping/viewer/scene/scene_content.h"
 #include "planar_mapping/viewer/scene/view_options.h"
-#include "planar_mapping/viewer/scene/ground.h"
 
 namespace planar_mapping::visualization {
 

@@ -6,10 +6,10 @@
 #include <vtkSmartPointer.h>
 
 #include "planar_mapping/viewer/scene/camera.h"
-#include "planar_mapping/viewer/scene/scene_content.h"
-#include "planar_mapping/viewer/scene/view_options.h"
 #include "planar_mapping/viewer/scene/cuboid_layer.h"
 #include "planar_mapping/viewer/scene/decorations.h"
+#include "planar_mapping/viewer/scene/scene_content.h"
+#include "planar_mapping/viewer/scene/view_options.h"
 
 class vtkCamera;
 

@@ -20,12 +20,12 @@
 #include <exception>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/viewer/scene/picking.h"
-#include "planar_mapping/viewer/window/snapshot.h"
 #include "planar_mapping/viewer/scene/decorations.h"
+#include "planar_mapping/viewer/scene/picking.h"
 #include "planar_mapping/viewer/scene/scene.h"
 #include "planar_mapping/viewer/window/keys.h"
 #include "planar_mapping/viewer/window/render_backend.h"
+#include "planar_mapping/viewer/window/snapshot.h"
 #include "planar_mapping/viewer/window/x_display.h"
 
 namespace planar_mapping {

@@ -9,9 +9,9 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/viewer/scene/camera.h"
-#include "planar_mapping/viewer/window/image.h"
 #include "planar_mapping/viewer/scene/scene_content.h"
 #include "planar_mapping/viewer/scene/view_options.h"
+#include "planar_mapping/viewer/window/image.h"
 
 namespace planar_mapping {
 

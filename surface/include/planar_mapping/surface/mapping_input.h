@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
-#include "planar_mapping/planes/multi_plane.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/planes/multi_plane.h"
 
 namespace planar_mapping {
 

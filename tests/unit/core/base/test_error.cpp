@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
-
 #include <pthread.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -17,12 +18,11 @@
 #include <vector>
 
 #include "numbers.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/gather_points.h"
 #include "planar_mapping/base/parallel.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/base/spelling.h"
-#include "planar_mapping/base/state_archive.h"
-#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/camera.h"
 
@@ -273,78 +273,52 @@ TEST(Parallel, GoesOnWithoutThreadsThatTheSystemRefuses) {
   ASSERT_EQ(pthread_attr_setstacksize(&huge, std::size_t{1} << 60U), 0);
   ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
   std::vector<std::atomic<int>> calls(100);
-  EXPECT_NO_THROW(parallelFor(100, 4, [&](std::size_t chunk) { ++calls[chunk]; }));
+  EXPECT_NO_THROW(parallelFor(100, 64, [&](std::size_t chunk) { ++calls[chunk]; }));
   ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
   for (const auto& count : calls) EXPECT_EQ(count, 1);
+}
+
+TEST(Parallel, CallsInsideAChunkRunInItsThread) {
+  std::atomic<int> calls{0};
+  parallelFor(8, 4, [&](std::size_t) {
+    const auto thread = std::this_thread::get_id();
+    parallelFor(8, 4, [&](std::size_t) {
+      EXPECT_EQ(std::this_thread::get_id(), thread);
+      ++calls;
+    });
+  });
+  EXPECT_EQ(calls, 64);
+}
+
+TEST(Parallel, ServesManyCallersAtOnce) {
+  std::vector<std::thread> callers;
+  std::atomic<int> calls{0};
+  for (int i = 0; i < 4; ++i) {
+    callers.emplace_back([&calls] {
+      for (int k = 0; k < 200; ++k) parallelFor(7, 3, [&](std::size_t) { ++calls; });
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(calls, 4 * 200 * 7);
+}
+
+TEST(Parallel, WorksInAForkedChild) {
+  parallelFor(100, 4, [](std::size_t) {});
+  const pid_t child = fork();
+  if (child == 0) {
+    std::atomic<int> calls{0};
+    for (int k = 0; k < 20; ++k) parallelFor(100, 4, [&](std::size_t) { ++calls; });
+    _exit(calls == 2000 ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(child, waitpid(child, &status, 0));
+  EXPECT_EQ(0, status);
 }
 
 TEST(Parallel, ResolvesTheNumberOfThreads) {
   EXPECT_EQ(resolveThreads(3), 3);
   EXPECT_GE(resolveThreads(0), 1);
   EXPECT_GE(resolveThreads(-1), 1);
-}
-
-struct Everything {
-  int number = 0;
-  Pose pose = Pose::Identity();
-  std::string text;
-  std::optional<Vector3> place;
-  std::vector<std::pair<std::int64_t, double>> pairs;
-  std::map<int, std::string> names;
-  std::unordered_map<std::int64_t, float> values;
-  std::deque<std::vector<Matrix3>> matrices;
-
-  template <typename Archive>
-  void visitState(Archive& archive) {
-    archive(number, pose, text, place, pairs, names, values, matrices);
-  }
-};
-
-Everything example() {
-  Everything e;
-  e.number = -3;
-  e.pose.translation() = Vector3(1.0, 2.0, 1e-300);
-  e.text = std::string("line\n\0end", 9);
-  e.place = Vector3(0.1, 0.2, 0.3);
-  e.pairs = {{7, 0.1}, {-8, 1e300}};
-  e.names = {{1, "one"}, {2, ""}};
-  e.values = {{5, 0.5f}, {6, 0.25f}};
-  e.matrices = {{Matrix3::Identity(), 2.0 * Matrix3::Identity()}, {}};
-  return e;
-}
-
-TEST(StateArchive, BringsBackEveryKindOfMember) {
-  const Everything before = example();
-  Everything after;
-  after.names = {{9, "is forgotten"}};
-  restoreState(after, stateOf(before));
-  EXPECT_EQ(before.number, after.number);
-  EXPECT_EQ(before.pose.matrix(), after.pose.matrix());
-  EXPECT_EQ(before.text, after.text);
-  EXPECT_EQ(before.place, after.place);
-  EXPECT_EQ(before.pairs, after.pairs);
-  EXPECT_EQ(before.names, after.names);
-  EXPECT_EQ(before.values, after.values);
-  ASSERT_EQ(2u, after.matrices.size());
-  EXPECT_EQ(before.matrices[0][1], after.matrices[0][1]);
-}
-
-TEST(StateArchive, RefusesEveryCutAndWhatIsTooLong) {
-  const std::string bytes = stateOf(example());
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
-    Everything e;
-    EXPECT_THROW(restoreState(e, bytes.substr(0, size)), Error) << size;
-  }
-  Everything e;
-  EXPECT_THROW(restoreState(e, bytes + "x"), Error);
-}
-
-TEST(StateArchive, HugeCountsTakeNoMemory) {
-  std::vector<double> numbers;
-  const std::string bytes = stateOf(std::uint64_t{1} << 60);
-  EXPECT_THROW(restoreState(numbers, bytes), Error);
-  std::vector<std::string> texts;
-  EXPECT_THROW(restoreState(texts, bytes), Error);
 }
 
 TEST(Counted, OneIsSingular) {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/beliefs/belief_update.h"
 #include "planar_mapping/beliefs/feature_beliefs.h"
 #include "planar_mapping/beliefs/occupancy.h"

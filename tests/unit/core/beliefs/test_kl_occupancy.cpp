@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping {
 namespace {

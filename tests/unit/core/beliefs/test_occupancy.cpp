@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "numbers.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/beliefs/feature_beliefs.h"
 #include "planar_mapping/beliefs/occupancy.h"
 

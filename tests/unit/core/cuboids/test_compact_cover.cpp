@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "evaluation/metrics/cuboid_geometry.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping {
 namespace {

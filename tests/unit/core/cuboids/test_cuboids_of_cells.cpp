@@ -9,10 +9,10 @@
 #include <set>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/cuboids/cuboid_approximation.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/cuboids/compact_cover.h"
+#include "planar_mapping/cuboids/cuboid_approximation.h"
 #include "planar_mapping/cuboids/raster/plane_raster.h"
 
 namespace planar_mapping {

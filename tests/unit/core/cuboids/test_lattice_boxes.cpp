@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planar_mapping/cuboids/cover/lattice_cover.h"
 #include "planar_mapping/base/random.h"
+#include "planar_mapping/cuboids/cover/lattice_cover.h"
 
 namespace planar_mapping::detail {
 namespace {

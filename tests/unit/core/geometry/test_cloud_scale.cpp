@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "numbers.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/geometry/cuboid.h"
-#include "planar_mapping/geometry/plane_moments.h"
 #include "planar_mapping/geometry/plane.h"
+#include "planar_mapping/geometry/plane_moments.h"
 
 namespace planar_mapping {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "numbers.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/ground/upright.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/ground/ground.h"
+#include "planar_mapping/ground/up.h"
 
 namespace planar_mapping {
 namespace {
@@ -301,15 +301,9 @@ TEST(Upright, IsUncertainWhereWallsMayBeFloors) {
   const Upright found = findUpright(planes, kLevel);
   EXPECT_TRUE(found.found && found.is_uncertain);
   EXPECT_EQ(0.0, found.horizontal);
-  const Upright by_axis = findUpright(planes, kLevel, camera.up());
-  EXPECT_TRUE(by_axis.found && by_axis.is_uncertain);
-  EXPECT_EQ(camera.up(), by_axis.up);
-  EXPECT_EQ(found.up, findUpright(planes, kLevel, Vector3(-camera.up())).up);  // a ceiling
-
   const Tilted level(15.0);
   const Upright room = findUpright(
-      {level.plane({0.0, 0.0, 1.0}, 1.0, 2000), level.plane({0.0, -1.0, 0.0}, 2.0, 8000)}, kLevel,
-      Vector3(level.R_camera_world.col(1)));
+      {level.plane({0.0, 0.0, 1.0}, 1.0, 2000), level.plane({0.0, -1.0, 0.0}, 2.0, 8000)}, kLevel);
   EXPECT_TRUE(room.found);
   EXPECT_FALSE(room.is_uncertain);
 }
@@ -333,6 +327,45 @@ TEST(Upright, RefusesABadDirectionAndTakesAnyPlanes) {
   broken.plane.normal.x() = test::kNan;
   const PlaneSegment empty = camera.plane({0.0, 0.0, 1.0}, 1.0, 0);
   EXPECT_FALSE(findUpright({broken, empty}, kLevel).found);
+}
+
+/// A hand-held camera looks down by 70 degrees at a table, and sees nothing else.
+TEST(UpOf, PosesOfAWorldThatIsZUpKeepItWhereOneTableIsSeen) {
+  const Tilted camera(70.0);
+  Pose pose = Pose::Identity();
+  pose.linear() = camera.R_camera_world.transpose();
+  const Vector3 image_up = -pose.linear().col(1);
+  const std::vector<PlaneSegment> table = {camera.plane({0.0, 0.0, 1.0}, 0.5, 5000)};
+  const WorldUp found = upOf(nearestAxis(image_up), ImagesUp{image_up, false}, pose, table);
+  EXPECT_EQ(Vector3::UnitZ(), found.up);
+  EXPECT_FALSE(found.is_leaning || found.is_uncertain);
+}
+
+/// The same table seen by a camera whose own frame is the world.
+TEST(UpOf, AWorldOfTheFirstCameraIsLevelByItsPlanes) {
+  const Tilted camera(35.0);
+  const std::vector<PlaneSegment> table = {camera.plane({0.0, 0.0, 1.0}, 0.5, 5000)};
+  const ImagesUp images{Vector3(0.0, -0.9, 0.3), true};
+  const WorldUp found = upOf(-Vector3::UnitY(), images, Pose::Identity(), table);
+  EXPECT_TRUE(found.is_leaning);
+  EXPECT_LT(degreesBetween(camera.up(), found.up), 0.1);
+  const WorldUp blind = upOf(-Vector3::UnitY(), images, Pose::Identity(), {});
+  EXPECT_EQ(Vector3(-Vector3::UnitY()), blind.up);
+}
+
+/// Images say z; one plane that leans is a ramp, a floor with a wall are a world that leans.
+TEST(UpOf, FloorsAndWallsTogetherOverruleZ) {
+  const Tilted camera(0.0);
+  Pose pose = Pose::Identity();
+  pose.linear() =
+      Eigen::AngleAxisd(20.0 * test::kDegree, Vector3::UnitX()) * camera.R_camera_world.transpose();
+  const ImagesUp images{Vector3(0.1, 0.0, 1.0), false};
+  const PlaneSegment floor = camera.plane({0.0, 0.0, 1.0}, 0.5, 5000);
+  EXPECT_EQ(Vector3::UnitZ(), upOf(Vector3::UnitZ(), images, pose, {floor}).up);
+  const PlaneSegment wall = camera.plane({0.0, -1.0, 0.0}, 2.0, 3000);
+  const WorldUp found = upOf(Vector3::UnitZ(), images, pose, {floor, wall});
+  EXPECT_TRUE(found.is_leaning);
+  EXPECT_LT(degreesBetween(Vector3(pose.linear() * camera.up()), found.up), 0.1);
 }
 
 }  // namespace

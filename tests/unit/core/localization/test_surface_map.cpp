@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "numbers.h"
-#include "planar_mapping/base/random.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping {

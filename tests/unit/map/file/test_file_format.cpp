@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "planar_mapping/map/file/columns.h"
-#include "planar_mapping/map/file/label_tree.h"
 #include "hostile_map_file.h"
 #include "planar_mapping/base/random.h"
+#include "planar_mapping/map/file/columns.h"
+#include "planar_mapping/map/file/label_tree.h"
 
 namespace planar_mapping {
 namespace {

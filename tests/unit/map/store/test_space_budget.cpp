@@ -11,9 +11,9 @@
 #include <tuple>
 #include <vector>
 
-#include "planar_mapping/map/integration/frame.h"
 #include "map_scene.h"
 #include "planar_mapping/base/random.h"
+#include "planar_mapping/map/integration/frame.h"
 #include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/map/sensor/depth_image.h"
 #include "planar_mapping/map/store/unknown_space.h"

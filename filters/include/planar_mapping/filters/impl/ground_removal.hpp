@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/filters/ground_removal.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
 #include "planar_mapping/pcl/sensor_pose.h"

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/ground/upright.h"
+#include "planar_mapping/ground/up.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 
 namespace planar_mapping {
 namespace {
@@ -32,6 +32,13 @@ constexpr double kMinSupport = 0.7;   ///< that must be horizontal or vertical
 constexpr double kMinVertical = 0.1;  ///< that must be vertical; below it, ...
 constexpr double kMinGround = 0.5;    ///< ... that must be on one horizontal plane below the sensor
 constexpr double kMinBelow = 0.05;    ///< the same where the sensor is tilted far
+/// Images of all poses have upwards closer to z than this where the world is z up: a camera that
+/// looks down at a table has 70 degrees, one of a level world with z forwards 79 and more.
+constexpr double kMaxViewTilt = 75.0 * M_PI / 180.0;
+/// A world leans whose vertical is farther from an axis: poses and planes are off by less.
+constexpr double kMinLean = 5.0 * M_PI / 180.0;
+/// The same where the images say that z is upwards: far planes of a pair are off by more.
+constexpr double kMinLeanOfZ = 10.0 * M_PI / 180.0;
 /// Where another direction is as likely as this fraction of the best one, neither is taken.
 constexpr double kMaxAmbiguity = 0.7;
 
@@ -168,32 +175,42 @@ Upright uprightOf(const std::vector<WeightedPlane>& planes, const Vector3& level
 
 }  // namespace
 
-Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& expected_up,
-                    const std::optional<Vector3>& axis) {
+Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& expected_up) {
   if (!expected_up.allFinite() || !(expected_up.norm() > 0.0)) {
     throw ParameterError("expected_up", expected_up.norm(), "finite, not zero");
   }
-  const std::vector<WeightedPlane> planes = largest(segments);
-  Upright result = uprightOf(planes, expected_up.normalized());
-  if (!axis || !result.is_uncertain) return result;
-  const Support support = supportOf(*axis, planes);
-  if (support.below < kMinGround) return result;
-  return {true, *axis, angleBetween(*axis, expected_up), support.horizontal, support.vertical,
-          true};
+  return uprightOf(largest(segments), expected_up.normalized());
 }
 
-Upright findUpright(const PointsView& points, const std::optional<StereoNoise>& noise,
-                    const Vector3& expected_up, const std::optional<Vector3>& axis) {
+std::vector<PlaneSegment> planesFor(const PointsView& points,
+                                    const std::optional<StereoNoise>& noise) {
   constexpr double kThreshold = 0.03;
   constexpr std::size_t kMinFraction = 300;  // as of multi_plane_segmentation
   constexpr std::size_t kMinInliers = 100;
-  if (points.size == 0) return {};
   const Indices usable = usablePoints(points);
-  MultiPlaneParams plane_params;
-  plane_params.distance_threshold = kThreshold;
-  plane_params.min_inliers = static_cast<int>(std::max(kMinInliers, usable.size() / kMinFraction));
-  plane_params.noise = noise;
-  return findUpright(findPlanes(points, &usable, plane_params).planes, expected_up, axis);
+  MultiPlaneParams params;
+  params.distance_threshold = kThreshold;
+  params.min_inliers = static_cast<int>(std::max(kMinInliers, usable.size() / kMinFraction));
+  params.noise = noise;
+  return findPlanes(points, &usable, params).planes;
+}
+
+WorldUp upOf(const Vector3& image_axis, const std::optional<ImagesUp>& images,
+             const Pose& T_world_sensor, const std::vector<PlaneSegment>& planes) {
+  const Vector3 z = Vector3::UnitZ();
+  const bool is_z =
+      images && !images->starts_at_identity && angleBetween(images->mean, z) < kMaxViewTilt;
+  const Vector3 axis = is_z ? z : nearestAxis(images ? images->mean : image_axis);
+  const Matrix3 axes = T_world_sensor.linear();
+  const Vector3 expected = is_z || !images ? axis : images->mean;
+  const Upright seen = findUpright(planes, axes.transpose() * expected);
+  const bool sees_both = seen.horizontal >= kMinVertical && seen.vertical >= kMinVertical;
+  if (!seen.found || (is_z && !sees_both)) return {axis, false, false};
+  const Vector3 up = axes * seen.up;
+  const Vector3 nearest = is_z ? z : nearestAxis(up);
+  if (angleBetween(up, nearest) < (is_z ? kMinLeanOfZ : kMinLean))
+    return {nearest, false, seen.is_uncertain && nearest != axis};
+  return {up, true, seen.is_uncertain};
 }
 
 }  // namespace planar_mapping
