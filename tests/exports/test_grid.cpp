@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "export_scene.h"
+#include "plan_scene.h"
 #include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
@@ -80,6 +81,7 @@ io::ExportedMap handMade() {
   plan.resolution = 0.5;
   plan.occupied = {box({-1.0, 0.5, -0.1}, {2.0, 3.0, 0.0}), box({1.5, 2.5, 0.0}, {2.0, 3.0, 1.0})};
   plan.occupied[0].plane_id = 0;
+  plan.floors = {test::measured({-1.0, 0.5, -0.1}, {2.0, 3.0, 0.0}, 0.5)};
   plan.space = {box({-1.0, 0.5, 0.0}, {2.0, 3.0, 3.0}, CellState::Free)};
   plan.path = {{0.25, 1.25, 0.5}};
   return map;
@@ -112,6 +114,8 @@ TEST(NavigationMap, MapOfACameraIsTurnedUpright) {
       cuboid.center = turn * cuboid.center;
       cuboid.orientation = turn * cuboid.orientation;
     }
+  MeasuredCells& floor = map.plan.floors[0];
+  for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
   map.plan.path[0] = turn * map.plan.path[0];
   map.plan.up = map.up = -Vector3::UnitY();
   const test::Exported file(io::writePgm, map, "m.pgm");
@@ -150,6 +154,7 @@ TEST(FloorPlan, HasAWallOfTwoFacesAndItsDoorway) {
   io::ExportedMap map = handMade();
   PlanSource& plan = map.plan;
   plan.resolution = 0.1;
+  plan.floors = {test::measured({-1.0, 0.5, -0.1}, {2.0, 3.0, 0.0}, 0.1)};
   plan.occupied.pop_back();
   const Quaternion east(Eigen::AngleAxisd(M_PI_2, Vector3::UnitY()));
   for (const double y : {0.9, 2.6}) {  // a gap from 1.3 to 2.2

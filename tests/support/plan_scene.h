@@ -47,6 +47,19 @@ struct Solid {
   }
 };
 
+/// All cells of a level floor in the middle of a box.
+inline MeasuredCells measured(const Vector3& low, const Vector3& high, double side) {
+  MeasuredCells floor{{low.x(), low.y(), 0.5 * (low.z() + high.z())},
+                      Vector3::UnitX(),
+                      Vector3::UnitY(),
+                      Vector3::UnitZ(),
+                      {}};
+  for (int a = 0; a < std::lround((high.x() - low.x()) / side); ++a)
+    for (int b = 0; b < std::lround((high.y() - low.y()) / side); ++b)
+      floor.cells.emplace_back(a, b);
+  return floor;
+}
+
 /// A world that a scanner on a robot drives through, and what it measured.
 struct PlanScene {
   std::string name;
@@ -219,7 +232,7 @@ inline std::vector<PlanScene> planScenes() {
       PlanScene& scene = begin("trench " + std::to_string(width).substr(0, 3) + " x " +
                                    std::to_string(depth).substr(0, 3) + eye,
                                sensor, rings);
-      if (width < 0.3) scene.resolution = 0.05;  // cuboids bridge gaps of less than three cells
+
       scene.walls(-1.0, 10.0).floor(-1.0, 5.03).floor(5.03 + width, 10.0);
       scene.floor(5.03, 5.03 + width, -depth).drive(0.0, 4.5);
     }

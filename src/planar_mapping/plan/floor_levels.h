@@ -66,12 +66,14 @@ class CellLists {
   std::vector<Value> values_;
 };
 
-/// A surface over the middle of a cell that was measured from above.
+/// A surface over the middle of a cell that was measured from above. Guessed: by the surface around
+/// it, which cuboids and squares of removed ground carry over gaps.
 struct FloorLevel {
-  enum class Kind : std::uint8_t { Clutter, Floor, Path };
+  enum class Kind : std::uint8_t { Clutter, Guessed, Floor, Path };
   float height = 0.0f;
   float slope_x = 0.0f, slope_y = 0.0f;
-  Kind kind = Kind::Floor;
+  Kind kind = Kind::Guessed;
+  bool isMeasured() const { return kind >= Kind::Floor; }
 };
 
 /// What stands over a cell, metres along up.

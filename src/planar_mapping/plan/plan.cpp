@@ -8,6 +8,7 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
+#include "planar_mapping/map/planar_map_impl.h"
 #include "planar_mapping/plan/plan_builder.h"
 
 namespace planar_mapping {
@@ -50,6 +51,7 @@ PlanSource sourceOf(const PlanarMap& map, std::vector<Cuboid> space) {
   source.up = map.params().approximation.up.normalized();
   source.ground = map.ground();
   source.planes = map.planes();
+  source.floors = measuredFloors(map);
   source.resolution = map.params().approximation.resolution;
   // Of a merged cloud the origin is no sensor's.
   source.knows_sides = map.params().unknown_space;
@@ -64,7 +66,7 @@ void RobotModel::validate() const {
   requireInRange("robot height", height, 0.01, 100.0, "m");
   requireInRange("robot radius", radius, 0.0, 100.0, "m");
   requireInRange("max step", max_step, 0.0, 10.0, "m");
-  requireInRange("max slope", max_slope, 0.0, 60.0 * kRadiansPerDegree, "rad");
+  requireInRange("max slope", max_slope, 0.0, kSteepest, "rad");
   if (!std::isnan(camera_height)) requireInRange("camera height", camera_height, 0.0, 1000.0, "m");
   if (!(max_step < height))
     throw ParameterError("a step of " + std::to_string(max_step) + " m is as high as the robot");
@@ -95,6 +97,23 @@ std::vector<float> Plan::distances() const {
   }
   for (float& value : field) value = float(cell * std::sqrt(double(value)));
   return field;
+}
+
+std::vector<MeasuredCells> measuredFloors(const PlanarMap& map) {
+  const Vector3 up = map.params().approximation.up.normalized();
+  std::vector<MeasuredCells> floors;
+  for (const detail::PlaneLayer& layer : detail::MapAccess::of(map).data.planes) {
+    const PlaneFrame& frame = layer.frame();
+    if (std::abs(frame.n.dot(up)) < std::cos(RobotModel::kSteepest)) continue;
+    MeasuredCells floor{frame.origin, frame.u, frame.v, frame.n, {}};
+    layer.raster.forEachTile([&](std::int32_t a, std::int32_t b, const detail::RasterTile& tile) {
+      detail::forEachBit(tile.occupied(), [&](std::size_t bit) {
+        floor.cells.emplace_back(8 * a + std::int32_t(bit & 7U), 8 * b + std::int32_t(bit >> 3U));
+      });
+    });
+    floors.push_back(std::move(floor));
+  }
+  return floors;
 }
 
 PlanSource planSourceOf(const PlanarMap& map) {

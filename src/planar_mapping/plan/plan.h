@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/base/export.h"
@@ -16,6 +17,7 @@ namespace planar_mapping {
 
 /// The robot that a plan is made for. Metres, radians.
 struct PLANAR_MAPPING_EXPORT RobotModel {
+  static constexpr double kSteepest = 60.0 * kRadiansPerDegree;  ///< of any floor
   double height = 1.2;    ///< [ours] of free space that it needs over its floor, (0, 100]
   double radius = 0.25;   ///< [ours] of the floor around each place of the path that it stood on
   double max_step = 0.1;  ///< [ours] up or down that it climbs; lower things are no obstacle
@@ -63,6 +65,13 @@ struct PLANAR_MAPPING_EXPORT Plan {
   std::vector<float> distances() const;
 };
 
+/// The cells of a plane in which points were measured: (a, b) spans [a, a + 1) times the side along
+/// u and [b, b + 1) along v.
+struct MeasuredCells {
+  Vector3 origin, u, v, n;
+  std::vector<std::pair<std::int32_t, std::int32_t>> cells;
+};
+
 /// What plans are made of, in the axes of a map.
 struct PlanSource {
   std::vector<Cuboid> occupied;
@@ -70,24 +79,28 @@ struct PlanSource {
   Unseen unseen = Unseen::Unknown;  ///< what all else is
   bool knows_sides = true;          ///< normals of planes point to where they were seen from
   Vector3 up = Vector3::UnitZ();
-  std::vector<GroundPoint> ground;  ///< PlanarMap::ground()
-  std::vector<Vector3> path;        ///< places of the sensor
-  std::vector<MapPlane> planes;     ///< none: planes lie in the middle of their cuboids
-  double resolution = 0.1;          ///< of the map, metres
+  std::vector<GroundPoint> ground;    ///< PlanarMap::ground()
+  std::vector<Vector3> path;          ///< places of the sensor
+  std::vector<MapPlane> planes;       ///< none: planes lie in the middle of their cuboids
+  std::vector<MeasuredCells> floors;  ///< of planes that may be floors; cuboids bridge small gaps
+  double resolution = 0.1;            ///< of the map, metres
 };
+/// Of planes that are no steeper than any robot climbs; none in a finished map.
+PLANAR_MAPPING_EXPORT std::vector<MeasuredCells> measuredFloors(const PlanarMap& map);
 PLANAR_MAPPING_EXPORT PlanSource planSourceOf(const PlanarMap& map);
 
 /// The storeys of a map, the lowest first; at least one.
 ///
-/// A place is standable where a floor was measured (a level face or removed ground, at most
-/// max_slope steep), the robot gets there from where it was without a step of more than max_step,
-/// and space up to its height was seen free. It is occupied where something stands in that height,
-/// or where the floor beside it drops by more than max_step; else unknown, also at the rim of the
-/// floor that was measured. Places of the path count as seen, with the robot's radius, where the
-/// height of the sensor over the nearest floor is possible. Without a path the robot is taken to
-/// stand on the largest floor. Storeys are floors over each other, a robot's height apart or more.
-/// \param cell  side, metres; 0 = the resolution of the map
-/// \throws ParameterError if cell or robot are out of range, or there would be too many cells
+/// A place is standable where a floor was measured (points in its own cell of a plane and in those
+/// around it, at most max_slope steep), the robot gets there from where it was without a step of
+/// more than max_step, and space up to its height was seen free. It is occupied where something
+/// stands in that height, or where the floor beside it drops by more than max_step; else unknown,
+/// also at the rim of the floor that was measured and on removed ground, which is known by squares
+/// of 2 m only. Places of the path count as seen, with the robot's radius, where the height of the
+/// sensor over the nearest floor is possible. Without a path the robot is taken to stand on the
+/// largest floor. Storeys are floors over each other, a robot's height apart or more. \param cell
+/// side, metres; 0 = the resolution of the map \throws ParameterError if cell or robot are out of
+/// range, or there would be too many cells
 PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(const PlanSource& source, const RobotModel& robot,
                                                 double cell = 0.0);
 PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(const PlanarMap& map,

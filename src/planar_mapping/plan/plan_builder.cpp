@@ -64,6 +64,9 @@ PlanBuilder::PlanBuilder(const PlanSource& source, const RobotModel& robot, doub
   for (const Vector3& place : source.path) path_.push_back(turn * place);
   for (const GroundPoint& point : source.ground)
     ground_.push_back({turn * point.position, point.points});
+  floors_ = source.floors;
+  for (MeasuredCells& floor : floors_)
+    for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
   planes_ = source.planes;
   for (MapPlane& plane : planes_) plane.plane.normal = turn * plane.plane.normal;
   raster_.cell = cell;
@@ -73,6 +76,7 @@ PlanBuilder::PlanBuilder(const PlanSource& source, const RobotModel& robot, doub
 std::vector<Plan> PlanBuilder::plans() {
   placeRaster();
   addFaces();
+  addMeasured();
   addGround();
   sortLevels();
   markParts();
@@ -174,6 +178,31 @@ void PlanBuilder::addFaces() {
       level.height = float(height);
       found_.emplace_back(std::uint32_t(raster_.at(x, y)), level);
     });
+  }
+}
+
+void PlanBuilder::addMeasured() {
+  FloorLevel level;
+  level.kind = FloorLevel::Kind::Floor;
+  for (const MeasuredCells& floor : floors_) {
+    const double rise = knows_sides_ ? floor.n.z() : std::abs(floor.n.z());
+    if (rise < std::cos(robot_.max_slope)) continue;
+    level.slope_x = float(-floor.n.x() / floor.n.z());
+    level.slope_y = float(-floor.n.y() / floor.n.z());
+    const double half = 0.5 * resolution_;
+    const Vector2 reach = half * (floor.u.head<2>().cwiseAbs() + floor.v.head<2>().cwiseAbs());
+    for (const auto& [a, b] : floor.cells) {
+      const Vector3 middle =
+          floor.origin + resolution_ * ((a + 0.5) * floor.u + (b + 0.5) * floor.v);
+      raster_.around(middle.head<2>(), reach, [&](int x, int y) {
+        const Vector2 off = raster_.middleOf(x, y) - middle.head<2>();
+        const Vector3 on(off.x(), off.y(), level.slope_x * off.x() + level.slope_y * off.y());
+        if (std::abs(on.dot(floor.u)) > half + 1e-9 || std::abs(on.dot(floor.v)) > half + 1e-9)
+          return;
+        level.height = float(middle.z() + on.z());
+        found_.emplace_back(std::uint32_t(raster_.at(x, y)), level);
+      });
+    }
   }
 }
 
@@ -322,12 +351,13 @@ void PlanBuilder::addDisc(const Vector2& place, const Vector2& next, const Floor
     level.height += float(floor.slope_x * off.x() + floor.slope_y * off.y());
     level.kind = FloorLevel::Kind::Path;
     const std::size_t cell = raster_.at(x, y);
-    if (const auto there = levelNear(cell, level.height, robot_.max_step)) {
-      level.height = levels_[*there].height;
-    } else {
+    const auto there = levelNear(cell, level.height, robot_.max_step);
+    if (there) level.height = levels_[*there].height;
+    if (!there || !levels_[*there].isMeasured()) {
       // A lower floor that was measured is a drop, not what the robot stood on.
       for (std::uint32_t i = levels_.begin(cell); i < levels_.end(cell); ++i)
-        if (levels_[i].height < level.height && level.height - levels_[i].height < kMaxCameraHeight)
+        if (levels_[i].isMeasured() && levels_[i].height < level.height - robot_.max_step &&
+            level.height - levels_[i].height < kMaxCameraHeight)
           return;
     }
     found_.emplace_back(std::uint32_t(cell), level);
@@ -434,7 +464,7 @@ void PlanBuilder::reach() {
   if (seeds_.empty() && levels_.size() > 0) {
     // Where the robot was is not known: on the largest floor that one can stand on.
     const auto rankOf = [&](std::uint32_t i) {
-      if (states_[i].is_blocked || levels_[i].kind == FloorLevel::Kind::Clutter) return 0.0;
+      if (states_[i].is_blocked || !levels_[i].isMeasured()) return 0.0;
       return part_area_[i] + (states_[i].is_seen ? kMaxCells : 0.0);
     };
     std::uint32_t largest = 0;
@@ -470,6 +500,7 @@ void PlanBuilder::findEdges() {
   for (std::uint32_t i = 0; i < levels_.size(); ++i) {
     if (!states_[i].is_reached || states_[i].is_blocked) continue;
     const double height = levels_[i].height;
+    states_[i].is_rim = !levels_[i].isMeasured();
     // Where space below the floor was seen there is a gap in it that its cuboids bridge.
     if (levels_[i].kind != FloorLevel::Kind::Path && isHollow(cell_of_[i], height))
       states_[i].is_edge = true;
@@ -477,14 +508,15 @@ void PlanBuilder::findEdges() {
       const double tolerance =
           std::max(robot_.max_step, distance * raster_.cell * std::tan(robot_.max_slope));
       if (isBlocked(cell, height)) return;
-      if (const auto next = levelNear(cell, height, tolerance)) {
+      const auto next = levelNear(cell, height, tolerance);
+      if (next && levels_[*next].kind != FloorLevel::Kind::Guessed) {
         if (levels_[*next].kind != FloorLevel::Kind::Path && isHollow(cell, levels_[*next].height))
           states_[i].is_edge = true;
         return;
       }
       bool is_drop = false;
       for (std::uint32_t k = levels_.begin(cell); k < levels_.end(cell); ++k)
-        is_drop |= levels_[k].height < height;
+        is_drop |= levels_[k].height < height - tolerance;
       const double below = height - robot_.max_step;
       is_drop |= free_->count(cell, below - 2.0 * resolution_, below).free > 0;
       (is_drop ? states_[i].is_edge : states_[i].is_rim) = true;
@@ -597,7 +629,7 @@ std::string PlanBuilder::noteOf(const Plan& plan, const std::vector<std::uint32_
   const double area = raster_.cell * raster_.cell;
   std::size_t unseen = 0, measured = 0;
   for (const std::uint32_t i : levels) {
-    measured += levels_[i].kind != FloorLevel::Kind::Path ? 1 : 0;
+    measured += levels_[i].kind == FloorLevel::Kind::Floor ? 1 : 0;
     unseen += !states_[i].is_blocked && !states_[i].is_seen ? 1 : 0;
   }
   const double free = double(std::count(plan.values.begin(), plan.values.end(), Plan::kFree));
@@ -606,7 +638,7 @@ std::string PlanBuilder::noteOf(const Plan& plan, const std::vector<std::uint32_
                 area * free, 100.0 * plan.freeFraction());
   std::string note = text;
   if (measured == 0) {
-    note += levels_.size() == 0 ? "; no floor was measured: no level face and no removed ground"
+    note += levels_.size() == 0 ? "; no floor was measured: no level face"
                                 : "; no floor that the robot reaches was measured";
   } else if (free < 0.5 * double(levels.size())) {
     std::snprintf(text, sizeof text,
@@ -616,6 +648,10 @@ std::string PlanBuilder::noteOf(const Plan& plan, const std::vector<std::uint32_
     note += 2 * unseen > levels.size() ? ": a lower --robot-height or frames that look higher help"
                                        : "";
   }
+  if (floors_.empty() && !levels.empty())
+    note += "; where floors were measured is not known, as in finished maps: plan before finishing";
+  if (!ground_.empty())
+    note += "; removed ground is free only below the path: keep the ground for a plan";
   if (!has_path_) note += "; the map has no path: the robot is taken to stand on the largest floor";
   return note;
 }

@@ -27,6 +27,7 @@ class PlanBuilder {
   };
   void placeRaster();
   void addFaces();
+  void addMeasured();
   void addGround();
   /// Joins levels without headroom between them; the highest counts.
   void sortLevels();
@@ -54,6 +55,7 @@ class PlanBuilder {
   std::vector<Vector3> path_;             ///< z up
   std::vector<GroundPoint> ground_;       ///< z up
   std::vector<MapPlane> planes_;          ///< z up, by id
+  std::vector<MeasuredCells> floors_;     ///< z up
   Unseen unseen_;
   bool knows_sides_;
   double resolution_;

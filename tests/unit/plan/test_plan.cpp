@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include "plan_scene.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/plan/plan.h"
 
@@ -20,6 +21,7 @@ Cuboid between(const Vector3& low, const Vector3& high, int plane, CellState sta
 struct World : PlanSource {
   World& floor(const Vector3& low, const Vector3& high, double headroom = 2.0) {
     occupied.push_back(between(low, high, int(occupied.size()), CellState::Occupied));
+    floors.push_back(test::measured(low, high, resolution));
     space.push_back(between({low.x(), low.y(), high.z()}, {high.x(), high.y(), high.z() + headroom},
                             -1, CellState::Free));
     return *this;

@@ -79,6 +79,9 @@ std::vector<Plan> storeysOf(const SceneContent& content, const ViewOptions& opti
       cuboid.orientation = turn * cuboid.orientation;
     }
   }
+  source.floors = content.floors;
+  for (MeasuredCells& floor : source.floors)
+    for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
   for (GroundPoint& point : source.ground) point.position = turn * point.position;
   if (content.sensors_known)
     for (const Pose& pose : content.trajectory) source.path.push_back(turn * pose.translation());
