@@ -83,6 +83,15 @@ struct PlacedMap {
   }
 };
 
+/// Parameters of the merged map, whose origin is next to where the first map was seen from.
+PlanarMapParams paramsOf(const PlacedMap& first) {
+  PlanarMapParams params = first.map.params();
+  Vector3 start = Vector3::Zero();
+  if (first.map.frames() > 0) start = first.map.trajectory().front().second.translation();
+  params.origin += originNear(first.pose * Vector3(params.origin + start) - params.origin);
+  return params;
+}
+
 /// The same map in whatever order the files are named.
 void merge(const MergeArguments& arguments) {
   const std::filesystem::path output = arguments.output;
@@ -101,7 +110,7 @@ void merge(const MergeArguments& arguments) {
   }
   std::sort(maps.begin(), maps.end(),
             [](const PlacedMap& a, const PlacedMap& b) { return a.isBefore(b); });
-  PlanarMap merged(maps.front().map.params());
+  PlanarMap merged(paramsOf(maps.front()));
   for (const PlacedMap& placed : maps) {
     const bool is_first = &placed == &maps.front();
     try {

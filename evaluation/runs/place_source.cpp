@@ -271,7 +271,7 @@ class RecordedPlaces : public PlaceSource {
     reader_ = std::make_unique<SequenceSource>(configuration);
     keepPreparingStages(configuration);
     pipeline_ = std::make_unique<Pipeline>(std::move(configuration));
-    if (const std::optional<Vector3> up = reader_->meanUp()) pipeline_->setMeanUp(*up);
+    if (const std::optional<ImagesUp> up = reader_->meanUp()) pipeline_->setMeanUp(*up);
   }
 
   PlaceOptions options_;

@@ -11,6 +11,7 @@
 #include "evaluation/metrics/map_metrics.h"
 #include "evaluation/metrics/surface_truth.h"
 #include "evaluation/simulation/simulation.h"
+#include "planar_mapping/ground/up.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame.h"
 
@@ -35,7 +36,7 @@ struct Place {
   std::size_t number = 0;
   std::vector<PreparedFrame> frames;
   Pose T_world_given = Pose::Identity();  ///< world of given poses in that of the frames
-  std::optional<Vector3> mean_up;         ///< FrameSource::meanUp() of the input
+  std::optional<ImagesUp> mean_up;        ///< FrameSource::meanUp() of the input
   /// Where the motion was found although poses are given: how far the frames are from those,
   /// metres. The given ones are aligned at the first frame.
   std::vector<double> position_errors;

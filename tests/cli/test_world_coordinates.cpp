@@ -144,6 +144,19 @@ TEST_F(WorldCoordinates, MapsOfTwoOriginsAreMergedInTheWorld) {
   const ProgramResult query =
       planarMap({"query", directory_ / "both.pmap", "--points", directory_ / "b.pcd", "--json"});
   EXPECT_GT(Json::parse(query.out)["cloud"]["occupied"], 19000) << query.out;
+  // Poses that put both 4,500 km away give the map an origin there; 2,000 km apart no origin fits.
+  const auto merged = [&](const char* poses) {
+    return planarMap({"merge", a, b, "-o", directory_ / "placed.pmap", "--force", "--poses",
+                      write("poses.txt", poses)});
+  };
+  expectExit(0, merged("0 4000000 0 0 0 0 0 1\n0 4000000 0 0 0 0 0 1\n"));
+  const auto info = [&](const char* map) {
+    return Json::parse(planarMap({"info", directory_ / map, "--json"}).out);
+  };
+  EXPECT_EQ(info("placed.pmap")["planes"], info("both.pmap")["planes"]);
+  const ProgramResult apart = merged("0 0 0 0 0 0 0 1\n0 2000000 0 0 0 0 0 1\n");
+  EXPECT_NE(0, apart.exit_code);
+  EXPECT_NE(std::string::npos, apart.err.find("cells")) << apart.err;
 }
 
 TEST_F(WorldCoordinates, PointsBeyondTheMapAreCounted) {

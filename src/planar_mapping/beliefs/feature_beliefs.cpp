@@ -23,11 +23,12 @@ std::vector<Observation> perTrack(std::vector<Observation> frame) {
   });
   std::vector<Observation> merged;
   for (std::size_t first = 0; first < frame.size();) {
-    Observation mean{frame[first].track, Vector3::Zero(), 0.0};
+    Observation mean{frame[first].track, Vector3::Zero(), 0.0, true};
     std::size_t last = first;
     for (; last < frame.size() && frame[last].track == mean.track; ++last) {
       mean.position += frame[last].position;
       mean.probability += frame[last].probability;
+      mean.keeps = mean.keeps && frame[last].keeps;
     }
     const double count = static_cast<double>(last - first);
     mean.position /= count;
@@ -82,21 +83,20 @@ FeatureBeliefs::Summary FeatureBeliefs::update(const std::vector<Observation>& f
 
   double pose_factor = 1.0;
   if (motion) {
-    T_sensor_chain_ = motion->T_now_before * T_sensor_chain_;
+    now_.T_sensor_chain = motion->T_now_before * now_.T_sensor_chain;
     // [ours] The errors of the frames add up; the lever arm between them is neglected.
-    chain_covariance_ += motion->covariance;
+    now_.covariance += motion->covariance;
     if (motion->predicted && params_.motion_reading == MotionReading::RobotPose) {
       pose_factor = poseMotionFactor(motion->T_now_before, *motion->predicted, motion->covariance);
     }
   } else {
-    ++chain_;
-    T_sensor_chain_.setIdentity();
-    chain_covariance_.setZero();
+    const std::int64_t chain = now_.chain + 1;
+    now_ = Place();
+    now_.chain = chain;
   }
   ++frame_;
 
   Summary summary;
-  MotionSince since;
   for (const Observation& seen : perTrack(frame)) {
     const auto [place, is_new] = known_.try_emplace(seen.track);
     Track& track = place->second;
@@ -104,32 +104,38 @@ FeatureBeliefs::Summary FeatureBeliefs::update(const std::vector<Observation>& f
       track.belief = firstBelief(seen.probability, params_.update);
       ++summary.created;
     } else {
-      const double factor = factorOf(track, seen.position, pose_factor, since);
-      track.belief = nextBelief(track.belief, seen.probability, factor, params_.update);
+      if (!seen.keeps) {
+        const double factor = factorOf(track, seen.position, pose_factor);
+        track.belief = nextBelief(track.belief, seen.probability, factor, params_.update);
+      }
+      leave(track.frame);
       ++summary.updated;
     }
     track.position = seen.position;
-    track.T_sensor_chain = T_sensor_chain_;
-    track.covariance = chain_covariance_;
-    track.chain = chain_;
     track.frame = frame_;
   }
+  Place& here = seen_in_[frame_] = now_;
+  here.tracks = summary.created + summary.updated;
+  if (here.tracks == 0) seen_in_.erase(frame_);
   summary.forgotten = forgetUnseen();
   summary.unseen = known_.size() - summary.created - summary.updated;
   return summary;
 }
 
-double FeatureBeliefs::factorOf(const Track& track, const Vector3& position, double pose_factor,
-                                MotionSince& since) const {
+double FeatureBeliefs::factorOf(const Track& track, const Vector3& position,
+                                double pose_factor) const {
   if (params_.motion_reading == MotionReading::RobotPose) return pose_factor;
-  if (track.chain != chain_) return 1.0;
-  if (since.frame != track.frame) {
-    since.frame = track.frame;
-    since.T_now_then = T_sensor_chain_ * track.T_sensor_chain.inverse();
-    since.covariance = chain_covariance_ - track.covariance;
-  }
-  return featureMotionFactor(position, track.position, since.T_now_then, since.covariance,
-                             params_.occupancy);
+  const Place& then = seen_in_.at(track.frame);
+  if (then.chain != now_.chain) return 1.0;
+  return featureMotionFactor(position, track.position,
+                             now_.T_sensor_chain * then.T_sensor_chain.inverse(),
+                             now_.covariance - then.covariance, params_.occupancy);
+}
+
+/// A track is no longer one that was last seen in the frame.
+void FeatureBeliefs::leave(std::int64_t frame) {
+  const auto place = seen_in_.find(frame);
+  if (--place->second.tracks == 0) seen_in_.erase(place);
 }
 
 std::size_t FeatureBeliefs::forgetUnseen() {
@@ -137,6 +143,7 @@ std::size_t FeatureBeliefs::forgetUnseen() {
   std::size_t forgotten = 0;
   for (auto track = known_.begin(); track != known_.end();) {
     if (frame_ - track->second.frame > params_.max_unseen_frames) {
+      leave(track->second.frame);
       track = known_.erase(track);
       ++forgotten;
     } else {
@@ -162,9 +169,8 @@ std::vector<std::int64_t> FeatureBeliefs::tracks() const {
 
 void FeatureBeliefs::clear() {
   known_.clear();
-  T_sensor_chain_.setIdentity();
-  chain_covariance_.setZero();
-  chain_ = 0;
+  seen_in_.clear();
+  now_ = Place();
   frame_ = 0;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -54,6 +55,7 @@ class PLANAR_MAPPING_EXPORT FeatureBeliefs {
     std::int64_t track = -1;             ///< identity of the feature, >= 0
     Vector3 position = Vector3::Zero();  ///< relative to the sensor, metres
     double probability = 0.0;            ///< Eq. 4 in this frame, in [0, 1]
+    bool keeps = false;                  ///< if it is known, its belief stays as it is
   };
   struct Summary {
     std::size_t created = 0;    ///< seen for the first time
@@ -94,30 +96,25 @@ class PLANAR_MAPPING_EXPORT FeatureBeliefs {
  private:
   struct Track {
     double belief = 0.0;
-    Vector3 position = Vector3::Zero();      ///< when last seen, relative to the sensor then
-    Pose T_sensor_chain = Pose::Identity();  ///< of the frame it was last seen in
-    Matrix6 covariance = Matrix6::Zero();    ///< of the chain up to that frame
-    std::int64_t chain = 0;                  ///< an unknown motion starts a new chain
-    std::int64_t frame = 0;
+    Vector3 position = Vector3::Zero();  ///< when last seen, relative to the sensor then
+    std::int64_t frame = 0;              ///< when last seen
+  };
+  /// Of a frame.
+  struct Place {
+    std::int64_t chain = 0;  ///< an unknown motion starts a new chain
+    Pose T_sensor_chain = Pose::Identity();
+    Matrix6 covariance = Matrix6::Zero();  ///< of the chain up to the frame
+    std::size_t tracks = 0;                ///< last seen in it
   };
 
-  /// The motion since a frame.
-  struct MotionSince {
-    std::int64_t frame = -1;
-    Pose T_now_then = Pose::Identity();
-    Matrix6 covariance = Matrix6::Zero();
-  };
-
-  /// \param since of the last track: most were last seen in the same frame
-  double factorOf(const Track& track, const Vector3& position, double pose_factor,
-                  MotionSince& since) const;
+  double factorOf(const Track& track, const Vector3& position, double pose_factor) const;
+  void leave(std::int64_t frame);
   std::size_t forgetUnseen();
 
   FeatureBeliefParams params_;
   std::unordered_map<std::int64_t, Track> known_;
-  Pose T_sensor_chain_ = Pose::Identity();
-  Matrix6 chain_covariance_ = Matrix6::Zero();
-  std::int64_t chain_ = 0;
+  std::map<std::int64_t, Place> seen_in_;  ///< the frames that tracks were last seen in
+  Place now_;
   std::int64_t frame_ = 0;
 };
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <unordered_map>
 #include <utility>
 
 #include "planar_mapping/base/error.h"
@@ -36,74 +35,6 @@ bool hasTracks(const OccupancyFrame& frame) {
          (frame.key_features && !frame.key_features->empty());
 }
 
-/// Beliefs of the cells of a grid fixed in the world (Eq. 10): what FeatureBeliefs says of samples
-/// whose track is their cell, at the price of one look-up a cell instead of several a point.
-class CellBeliefs {
- public:
-  /// One frame.
-  /// \param support   Eq. 4 of the samples of each group
-  /// \param of_group  becomes the belief in the cell of each group
-  FeatureBeliefs::Summary update(const std::vector<detail::FrameCells::Group>& groups,
-                                 const detail::DenseFeatures& support,
-                                 const FeatureBeliefParams& params, std::vector<float>& of_group) {
-    ++frame_;
-    // The observation of a cell is the mean over its samples on all its planes.
-    order_.resize(groups.size());
-    std::iota(order_.begin(), order_.end(), 0);
-    const auto cellOf = [&](std::int32_t g) { return groups[static_cast<std::size_t>(g)].cell; };
-    std::sort(order_.begin(), order_.end(), [&](std::int32_t a, std::int32_t b) {
-      return cellOf(a) != cellOf(b) ? cellOf(a) < cellOf(b) : a < b;
-    });
-    FeatureBeliefs::Summary summary;
-    of_group.resize(groups.size());
-    for (std::size_t first = 0; first < order_.size();) {
-      const std::uint64_t cell = cellOf(order_[first]);
-      std::size_t end = first;
-      double sum = 0.0;
-      double count = 0.0;
-      bool is_sparse = true;  // points alone, where that is no doubt
-      for (; end < order_.size() && cellOf(order_[end]) == cell; ++end) {
-        const detail::DenseFeatures::Support& seen = support.support(order_[end]);
-        sum += seen.sum;
-        count += seen.count;
-        is_sparse = is_sparse && seen.sparse;
-      }
-      const double observed = std::clamp(sum / count, 0.0, 1.0);
-      const auto [place, is_new] = known_.try_emplace(cell);
-      Belief& belief = place->second;
-      if (is_new) {
-        belief.value = firstBelief(observed, params.update);
-        ++summary.created;
-      } else {
-        if (!is_sparse) belief.value = nextBelief(belief.value, observed, 1.0, params.update);
-        ++summary.updated;
-      }
-      belief.frame = frame_;
-      for (; first < end; ++first) {
-        of_group[static_cast<std::size_t>(order_[first])] =
-            static_cast<float>(std::clamp(belief.value, 0.0, 1.0));
-      }
-    }
-    for (auto cell = known_.begin(); params.max_unseen_frames > 0 && cell != known_.end();) {
-      const bool is_old = frame_ - cell->second.frame > params.max_unseen_frames;
-      cell = is_old ? known_.erase(cell) : std::next(cell);
-      summary.forgotten += is_old ? 1 : 0;
-    }
-    summary.unseen = known_.size() - summary.created - summary.updated;
-    return summary;
-  }
-
- private:
-  struct Belief {
-    double value = 0.0;
-    std::int64_t frame = 0;  ///< when last seen
-  };
-
-  std::unordered_map<std::uint64_t, Belief> known_;  ///< by cell
-  std::int64_t frame_ = 0;
-  std::vector<std::int32_t> order_;  ///< groups by cell; kept for its memory
-};
-
 }  // namespace
 
 struct KlOccupancy::Impl {
@@ -111,8 +42,8 @@ struct KlOccupancy::Impl {
   OccupancyParams occupancy;          ///< with the floor of the range error and the axis
   std::optional<Vector3> found_axis;  ///< of the first cloud
   FeatureBeliefs tracks;
-  CellBeliefs cell_beliefs;
-  bool has_before = false;  ///< a frame taken by tracks, ...
+  FeatureBeliefs cell_beliefs;  ///< the track of a sample is its cell
+  bool has_before = false;      ///< a frame taken by tracks, ...
   std::optional<Pose> T_world_before;
   bool before_is_last = false;  ///< ... which is the one before
 
@@ -124,6 +55,7 @@ struct KlOccupancy::Impl {
     FeatureBeliefParams used = params.beliefs;
     used.occupancy = occupancy;
     tracks.setParams(used);
+    cell_beliefs.setParams(used);
   }
 
   // Of the frame; kept for their memory.
@@ -143,6 +75,44 @@ struct KlOccupancy::Impl {
     motion.T_now_before = frame.T_world_sensor->inverse() * *T_world_before;
     if (frame.motion) motion.covariance = frame.motion->covariance;
     return motion;
+  }
+
+  /// Eq. 10 for cells: the observation of a cell is the mean over its samples on all its planes.
+  FeatureBeliefs::Summary updateCells() {
+    const std::vector<detail::FrameCells::Group>& groups = cells.groups();
+    std::vector<std::size_t> order(groups.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return groups[a].cell != groups[b].cell ? groups[a].cell < groups[b].cell : a < b;
+    });
+    std::vector<FeatureBeliefs::Observation> seen;
+    for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
+      const std::uint64_t cell = groups[order[first]].cell;
+      double sum = 0.0;
+      double count = 0.0;
+      bool is_sparse = true;  // points alone, where that is no doubt
+      for (; end < order.size() && groups[order[end]].cell == cell; ++end) {
+        const auto& support = samples.support(static_cast<std::int32_t>(order[end]));
+        sum += support.sum;
+        count += support.count;
+        is_sparse = is_sparse && support.sparse;
+      }
+      seen.push_back({static_cast<std::int64_t>(cell), Vector3::Zero(),
+                      std::clamp(sum / count, 0.0, 1.0), is_sparse});
+    }
+    const FeatureBeliefs::Summary summary = cell_beliefs.update(seen);
+    of_group.resize(groups.size());
+    auto of_cell = seen.begin();
+    double belief = 0.0;
+    std::uint64_t before = detail::FrameCells::kNoCell;
+    for (const std::size_t group : order) {
+      if (groups[group].cell != before) {
+        belief = *cell_beliefs.belief((of_cell++)->track);
+        before = groups[group].cell;
+      }
+      of_group[group] = static_cast<float>(std::clamp(belief, 0.0, 1.0));
+    }
+    return summary;
   }
 
   /// \return how many points are no measurement
@@ -206,7 +176,7 @@ const FeatureBeliefs& KlOccupancy::tracks() const {
 }
 void KlOccupancy::reset() {
   impl_->tracks.clear();
-  impl_->cell_beliefs = CellBeliefs();
+  impl_->cell_beliefs.clear();
   impl_->has_before = impl_->before_is_last = false;
   impl_->found_axis.reset();
 }
@@ -240,8 +210,7 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
   } else {
     own.samples.observe(frame.points, own.occupancy);
     own.samples.findSparse(frame.points, own.cells);
-    report.beliefs =
-        own.cell_beliefs.update(own.cells.groups(), own.samples, own.params.beliefs, own.of_group);
+    report.beliefs = own.updateCells();
   }
   own.before_is_last = by_tracks;
 

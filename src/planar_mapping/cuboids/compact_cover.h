@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planar_mapping/base/export.h"
+#include "planar_mapping/cuboids/cover/cover_effort.h"
 #include "planar_mapping/cuboids/cuboid_approximation.h"
 #include "planar_mapping/cuboids/raster/plane_raster.h"
 #include "planar_mapping/geometry/cuboid.h"
@@ -100,11 +101,12 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> replaceableOf(
 struct BoxCover {
   std::vector<Cuboid> boxes;
   std::vector<std::uint8_t> kept;  ///< which of the replaceable cuboids are still needed
-  bool is_clutter = false;         ///< so many boxes that they were swept, not chosen
+  bool is_clutter = false;         ///< too many boxes to search for fewer
 };
 
 /// Few axis-aligned boxes on the lattice of half cells for what no present cuboid covers, and the
-/// choice between them and small rectangles of planes: greedy by what each newly stands for.
+/// choice between them and small rectangles of planes: never more cuboids than with all of the
+/// rectangles, or with boxes alone.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes
@@ -114,6 +116,17 @@ PLANAR_MAPPING_EXPORT BoxCover coverWithBoxes(const std::vector<NonPlanarCell>& 
                                               const std::vector<SurfacePiece>& pieces,
                                               const std::vector<Cuboid>& present,
                                               const std::vector<ReplaceableCuboid>& replaceable,
-                                              const CuboidApproximationParams& params);
+                                              const CuboidApproximationParams& params,
+                                              CoverEffort effort = CoverEffort::Full);
+
+/// Boxes in the place of some that coverWithBoxes() made in parts of a scene: for what these cover
+/// and no present cuboid does. Those themselves where no fewer are found, or where cells and pieces
+/// are so far apart that a box around them has more than 2^26 half cells.
+/// \param cells, pieces  as above, near the boxes at least
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
+                                                     const std::vector<NonPlanarCell>& cells,
+                                                     const std::vector<SurfacePiece>& pieces,
+                                                     const std::vector<Cuboid>& present,
+                                                     const CuboidApproximationParams& params);
 
 }  // namespace planar_mapping

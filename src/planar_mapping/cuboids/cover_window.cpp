@@ -239,12 +239,17 @@ BitGrid CoverWindow::roomForBoxes() const {
   return allowed_.dilated(rules_.tolerance);
 }
 
+bool CoverWindow::needsAtLeast(std::size_t boxes) const {
+  return fewestBoxes(required_, roomForBoxes(), rules_, boxes) >= boxes;
+}
+
 std::optional<std::vector<std::size_t>> CoverWindow::cover(const std::vector<CellSet>& sets,
+                                                           CoverEffort effort,
                                                            std::vector<Cuboid>& cuboids) const {
   const BitGrid room = roomForBoxes();
   LatticeCoverage coverage{sweptOver(required_, room, rules_), {}};
   const bool is_clutter = !coverage.boxes.empty();
-  if (!is_clutter) coverage = coverWithin(required_, room, rules_, sets);
+  if (!is_clutter) coverage = coverWithin(required_, room, rules_, sets, effort);
   const CellNumbers numbers(required_);
   const std::vector<float> probability = probabilities(numbers);
   for (const CoverBox& c : coverage.boxes) {

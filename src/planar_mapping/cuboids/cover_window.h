@@ -93,12 +93,16 @@ class CoverWindow {
   /// The required cells that each cuboid stands for: those of its own surface and those it is near.
   std::vector<CellSet> cellsOf(const std::vector<WindowSurface>& surfaces, double margin) const;
 
+  /// Will any cover by boxes alone need so many? False where that is not known.
+  bool needsAtLeast(std::size_t boxes) const;
   /// Few boxes and sets for the required cells.
   /// \param sets    of cells, each of something that may stand for them
+  /// \param effort  full: fewer boxes are searched for
   /// \param cuboids are added
   /// \return which of the sets take part, ascending; nothing for clutter, of which boxes are not
   ///         searched for (sweptOver())
   std::optional<std::vector<std::size_t>> cover(const std::vector<CellSet>& sets,
+                                                CoverEffort effort,
                                                 std::vector<Cuboid>& cuboids) const;
 
  private:

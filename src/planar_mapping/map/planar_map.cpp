@@ -127,9 +127,10 @@ void PlanarMap::clear() {
   impl_->data = detail::MapData(params);
 }
 
-detail::Compaction& PlanarMap::Impl::compacted() const {
-  if (!cache->counted.load(std::memory_order_relaxed)) {
-    cache->compaction.update(data);
+detail::Compaction& PlanarMap::Impl::compacted(CoverEffort effort) const {
+  const bool is_too_quick = effort == CoverEffort::Full && !cache->compaction.isSettled();
+  if (is_too_quick || !cache->counted.load(std::memory_order_relaxed)) {
+    cache->compaction.update(data, effort);
     cache->counted.store(true, std::memory_order_release);
   }
   return cache->compaction;
@@ -148,7 +149,7 @@ PlanarMap::Impl::Occupied PlanarMap::Impl::occupied() const {
   if (cache->ready.load(std::memory_order_acquire)) return derived;
   const std::lock_guard<std::mutex> lock(cache->mutex);
   if (cache->ready.load(std::memory_order_relaxed)) return derived;
-  cache->index.build(compacted().makeList(data));
+  cache->index.build(compacted(CoverEffort::Full).makeList(data));
   cache->ready.store(true, std::memory_order_release);
   return derived;
 }
@@ -199,12 +200,17 @@ const std::vector<Cuboid>& PlanarMap::cuboids() const {
 std::size_t PlanarMap::cuboidCount() const {
   if (impl_->finished) return impl_->finished->cuboids.size();
   const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
-  return impl_->compacted().count();
+  return impl_->compacted(CoverEffort::Full).count();
+}
+std::size_t PlanarMap::cuboidCountAtMost() const {
+  if (impl_->finished) return impl_->finished->cuboids.size();
+  const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
+  return impl_->compacted(CoverEffort::Quick).count();
 }
 std::size_t PlanarMap::clutteredRegions() const {
   if (impl_->finished) return 0;
   const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
-  return impl_->compacted().clutteredRegions();
+  return impl_->compacted(CoverEffort::Full).clutteredRegions();
 }
 const std::vector<MapPlane>& PlanarMap::planes() const {
   static const std::vector<MapPlane> kNone;

@@ -91,7 +91,9 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// \param T_map_other  from the world of the other to ours; where it is no motion by whole cells
   ///                     non-planar cells and space are resampled, cell by nearest cell
   /// \throws InputError if profile, resolution or thickness differ, up axes by more than 10 degrees
-  ///         where the pose puts them, the pose is no rigid motion, or one of the maps is finished
+  ///         where the pose puts them, the pose is no rigid motion, one of the maps is finished,
+  ///         the other would lie beyond kReach cells, or space of more than 2^14 regions of 32 x 32
+  ///         x 32 cells would have to be resampled; the map is then as before
   FrameUpdate merge(const PlanarMap& other, const Pose& T_map_other = Pose::Identity());
   /// Forgets everything but the parameters. \throws InputError if the map is finished
   void clear();
@@ -100,8 +102,12 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   const std::vector<Cuboid>& cuboids() const;
   /// Number of cuboids(), without making their list.
   std::size_t cuboidCount() const;
-  /// Cubes of 64 x 64 x 64 cells with so much clutter that boxes are swept over it one after the
-  /// other (profile Compact); 0 in a finished map.
+  /// No less than cuboidCount(), to watch a map while it grows: only what has not changed since the
+  /// last question is covered as cuboids() has it, the rest by a quicker search, so that the answer
+  /// takes a fraction of the time and depends on when it was asked.
+  std::size_t cuboidCountAtMost() const;
+  /// Cubes of 64 x 64 x 64 cells with so much clutter that boxes are laid over it without a search
+  /// for fewer of them (profile Compact); 0 in a finished map.
   std::size_t clutteredRegions() const;
   /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged. With
   /// Unseen::Unknown, where it has no end, the part within bounds().

@@ -61,7 +61,7 @@ struct PlanarMap::Impl {
   void finish(const std::vector<Cuboid>& cuboids);
 
   /// The compaction; the lock of the cache is held.
-  detail::Compaction& compacted() const;
+  detail::Compaction& compacted(CoverEffort effort) const;
   /// What is occupied.
   struct Occupied {
     const std::vector<Cuboid>& cuboids;

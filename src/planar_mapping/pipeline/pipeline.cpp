@@ -264,13 +264,8 @@ void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
 /// Coordinates of countries and the Earth are too large for cells: the map gets an origin of its
 /// own next to the first pose.
 void Pipeline::moveToOrigin(Frame& frame) {
-  constexpr double kFar = 10000.0;  // metres
-  constexpr double kStep = 1000.0;
   if (!frame.given_pose) return;
-  if (!origin_) {
-    const Vector3 place = frame.given_pose->translation();
-    origin_ = (place.array().abs() > kFar).select(kStep * (place / kStep).array().round(), 0.0);
-  }
+  if (!origin_) origin_ = originNear(frame.given_pose->translation());
   frame.given_pose->pretranslate(-*origin_);
   frame.T_world_sensor = *frame.given_pose;
 }
@@ -327,7 +322,7 @@ FrameReport Pipeline::report(const Frame& frame) {
   // Counting takes as long as many frames once the map is large.
   if (2 * map_.frames() >= 3 * counted_frames_ && map_.frames() > counted_frames_) {
     counted_frames_ = map_.frames();
-    cuboids_ = map_.cuboidCount();
+    cuboids_ = map_.cuboidCountAtMost();
   }
   FrameReport report;
   report.number = frame.number;

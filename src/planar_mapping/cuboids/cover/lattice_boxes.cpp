@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/cuboids/cover/lattice_boxes.h"
 
+#include <numeric>
+
 #include "planar_mapping/base/lists.h"
 
 namespace planar_mapping::detail {
@@ -99,6 +101,28 @@ std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& all
   }
   makeDistinct(found);
   return found;
+}
+
+std::size_t fewestBoxes(const BitGrid& required, const BitGrid& allowed, const CoverRules& rules,
+                        std::size_t enough) {
+  const std::vector<LatticeCell> cells = listCells(required);
+  std::vector<LatticeBox> apart;
+  const auto shareBox = [&](const LatticeBox& l, LatticeBox r) {
+    include(r, l);
+    return fits(allowed, rules, r);
+  };
+  // Neighbours mostly share a box: from one end of the window to the other and back.
+  std::size_t step = cells.size() / 2 + cells.size() / 8 + 1;
+  while (std::gcd(step, cells.size()) > 1) ++step;
+  for (std::size_t i = 0, at = 0; i < cells.size() && apart.size() < enough; ++i) {
+    const LatticeBox box = boxOf(cells[at]);
+    at = (at + step) % cells.size();
+    if (std::none_of(apart.rbegin(), apart.rend(),
+                     [&](const LatticeBox& other) { return shareBox(box, other); })) {
+      apart.push_back(box);
+    }
+  }
+  return apart.size();
 }
 
 }  // namespace planar_mapping::detail

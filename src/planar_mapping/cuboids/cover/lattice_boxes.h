@@ -111,4 +111,9 @@ std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& all
 LatticeBox drawnBackTo(const LatticeBox& need, const BitGrid& required, const BitGrid& allowed,
                        const CoverRules& rules);
 
+/// A number of boxes of allowed cells that no cover of the required ones can do without: that many
+/// cells are found of which no two have a box in common. The search stops at \p enough.
+std::size_t fewestBoxes(const BitGrid& required, const BitGrid& allowed, const CoverRules& rules,
+                        std::size_t enough);
+
 }  // namespace planar_mapping::detail

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "planar_mapping/base/lists.h"
+#include "planar_mapping/cuboids/cover/box_search.h"
 
 namespace planar_mapping::detail {
 
@@ -17,6 +18,8 @@ using Cell = LatticeCell;
 
 /// A box or set of more cells is not dissolved into its neighbours: they hardly ever have room.
 constexpr std::size_t kMaxMoved = 4096;
+/// Boxes alone that are so many more than the cover with sets are not searched for fewer.
+constexpr std::size_t kMaxMoreBoxes = 2;
 /// Neighbours of a box have cells this near.
 constexpr std::array<std::int32_t, 3> kNear{2, 2, 2};
 
@@ -34,10 +37,16 @@ class LatticeCover {
     for (const LatticeBox& box : boxes_) box_gain_.push_back(required.count(reach(box)));
   }
 
-  LatticeCoverage run() {
-    choose();
-    assign();
-    improve();
+  LatticeCoverage run(CoverEffort effort) {
+    const bool is_full = effort == CoverEffort::Full;
+    search(sets_.size());
+    if (is_full) searchBoxes();
+    if (!sets_.empty()) {
+      std::vector<Chosen> with_sets = std::move(chosen_);
+      const bool alone = search(0);
+      if (is_full && chosen_.size() <= with_sets.size() + kMaxMoreBoxes) searchBoxes();
+      if (!alone || with_sets.size() <= chosen_.size()) chosen_ = std::move(with_sets);
+    }
     return drawnBack();
   }
 
@@ -50,6 +59,15 @@ class LatticeCover {
     bool is_settled = false;       ///< cannot be dissolved as long as nothing near it changes
   };
 
+  /// A cover of boxes and of the first \p sets sets. \return whether it is one of all cells
+  bool search(std::size_t sets) {
+    chosen_.clear();
+    const bool is_whole = choose(sets);
+    assign();
+    improve();
+    return is_whole;
+  }
+
   void improve() {
     for (bool changed = true; changed;) changed = dissolveAll();
   }
@@ -58,19 +76,56 @@ class LatticeCover {
     eraseIf(chosen_, [](const Chosen& c) { return c.members.empty(); });
   }
 
+  /// Fewer boxes for what no set of the cover holds, if they are found.
+  void searchBoxes() {
+    constexpr std::size_t kNoSet = ~std::size_t{0};
+    std::vector<std::size_t> set_of(cells_.size(), kNoSet);
+    for (std::size_t i = 0; i < chosen_.size(); ++i) {
+      if (chosen_[i].set == nullptr) continue;
+      for (const std::uint32_t number : *chosen_[i].set) set_of[number] = i;
+    }
+    BoxList needs;
+    CellSet alone;
+    for (const Chosen& c : chosen_) {
+      if (c.set != nullptr) continue;
+      needs.push_back(c.need);
+      for (const std::uint32_t number : c.members) {
+        if (set_of[number] == kNoSet) alone.push_back(number);
+      }
+    }
+    std::sort(alone.begin(), alone.end());
+    const auto found = fewerBoxes({allowed_, rules_, numbers_, cells_, boxes_}, alone, needs);
+    if (!found) return;
+    for (Chosen& c : chosen_) {
+      c.is_settled = false;
+      if (c.set != nullptr) continue;
+      for (const std::uint32_t number : c.members) {
+        if (set_of[number] != kNoSet) chosen_[set_of[number]].members.push_back(number);
+      }
+      c.members.clear();
+    }
+    dropEmpty();
+    for (const CellSet& members : *found) {
+      chosen_.emplace_back();
+      chosen_.back().need = hullOf(members);
+      chosen_.back().members = members;
+    }
+    ownAgain();
+    improve();
+  }
+
   LatticeBox reach(const LatticeBox& box) const { return grown(box, rules_.tolerance); }
 
   /// Cells left that candidate \p i stands for: a set, or the box after that many.
-  std::int64_t gainOf(std::size_t i, const BitGrid& left) const {
-    if (i >= sets_.size()) return left.count(reach(boxes_[i - sets_.size()]));
+  std::int64_t gainOf(std::size_t i, std::size_t sets, const BitGrid& left) const {
+    if (i >= sets) return left.count(reach(boxes_[i - sets]));
     return std::count_if(sets_[i].begin(), sets_[i].end(), [&](std::uint32_t number) {
       const Cell& c = cells_[number];
       return left.at(c[0], c[1], c[2]);
     });
   }
 
-  void choose() {
-    const std::size_t sets = sets_.size();
+  bool choose(std::size_t sets) {
     // By gain, then by number: a gain only ever falls, so that an old one is a bound.
     std::vector<std::pair<std::int64_t, std::int64_t>> candidates;
     for (std::size_t i = 0; i < sets + boxes_.size(); ++i) {
@@ -85,7 +140,7 @@ class LatticeCover {
       const auto [bound, number] = queue.top();
       queue.pop();
       const auto i = static_cast<std::size_t>(-number);
-      const std::int64_t gain = gainOf(i, left);
+      const std::int64_t gain = gainOf(i, sets, left);
       if (gain == 0) continue;
       if (gain < bound && !queue.empty() && queue.top() > std::make_pair(gain, number)) {
         queue.emplace(gain, number);
@@ -106,6 +161,7 @@ class LatticeCover {
       chosen_.emplace_back();
       chosen_.back().box = boxOf({x, y, z});
     });
+    return open == 0;
   }
 
   /// Each cell to the first box or set that reaches it: the one with the most cells.
@@ -290,8 +346,9 @@ std::vector<CoverBox> sweptOver(const BitGrid& required, const BitGrid& allowed,
 }
 
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
-                            const CoverRules& rules, const std::vector<CellSet>& sets) {
-  return LatticeCover(required, allowed, rules, sets).run();
+                            const CoverRules& rules, const std::vector<CellSet>& sets,
+                            CoverEffort effort) {
+  return LatticeCover(required, allowed, rules, sets).run(effort);
 }
 
 }  // namespace planar_mapping::detail

@@ -47,7 +47,9 @@ class RegionCover {
     bool replaced = false;
   };
 
-  RegionCover(const MapData& map, std::uint64_t key) : map_(map), key_(key) {
+  /// \param effort  quick: all rectangles stay
+  RegionCover(const MapData& map, std::uint64_t key, CoverEffort effort)
+      : map_(map), key_(key), effort_(effort) {
     const double s = map.resolution();
     const Int3& anchor = map.cells.anchor;
     const Int3 at = unpackKey(key);
@@ -90,15 +92,22 @@ class RegionCover {
                                                             : Vector3(Vector3::Zero());
       return cuboidsOfCells(std::move(cells), params, sensor);
     }
-    BoxCover cover = coverWithBoxes(cells, pieces_, present_, replaceable_, params);
+    if (effort_ == CoverEffort::Quick) {
+      for (const ReplaceableCuboid& r : replaceable_) present_.push_back(r.cuboid);
+      replaceable_.clear();
+    }
+    BoxCover cover = coverWithBoxes(cells, pieces_, present_, replaceable_, params, effort_);
     for (std::size_t i = 0; i < cover.kept.size(); ++i) choices[i].replaced = cover.kept[i] == 0;
     is_clutter = cover.is_clutter;
+    is_provisional = effort_ == CoverEffort::Quick &&
+                     (!choices.empty() || (cover.boxes.size() > 1 && !is_clutter));
     namePlanes(map_, near_, cover.boxes);
     return std::move(cover.boxes);
   }
 
   // As of boxes():
   std::vector<Choice> choices;  ///< of each replaceable rectangle
+  bool is_provisional = false;  ///< more effort may need fewer cuboids
   bool is_clutter = false;
 
  private:
@@ -109,6 +118,7 @@ class RegionCover {
                         (around.max().array() < bounds_.max().array()).all();
     if (inside && may_go) {
       replaceable_.push_back({cuboid, {}});
+      if (effort_ == CoverEffort::Quick) return;
       const PlaneLayer& plane = *near_.back();
       replaceable_.back().pieces =
           piecesOf(place, plane.raster, plane.frame(), band, map_.params.approximation);
@@ -119,6 +129,7 @@ class RegionCover {
 
   const MapData& map_;
   const std::uint64_t key_;
+  const CoverEffort effort_;
   Eigen::AlignedBox3d bounds_;  ///< of the region
   std::vector<const PlaneLayer*> near_;
   std::vector<SurfacePiece> pieces_;
@@ -186,18 +197,18 @@ void Compaction::updateCovers(const MapData& map) {
 }
 
 void Compaction::coverRegion(const MapData& map, const RegionTask& task) {
-  RegionCover cover(map, regions_.key(task.region));
+  RegionCover cover(map, regions_.key(task.region), task.effort);
   for (const std::uint32_t c : task.near) cover.add(c, map.plane(covers_[c].plane), covers_[c]);
   Region& region = regions_.value(task.region);
-  region.boxes = cover.boxes();
-  region.boxes.shrink_to_fit();
+  region.setBoxes(cover.boxes());
+  region.provisional = cover.is_provisional;
   region.is_clutter = cover.is_clutter;
   for (const RegionCover::Choice& choice : cover.choices) {
     covers_[choice.cover].rectangles[choice.rectangle].replaced = choice.replaced;
   }
 }
 
-void Compaction::coverRegions(const MapData& map) {
+void Compaction::coverRegions(const MapData& map, CoverEffort effort) {
   for (std::size_t r = 0; r < map.cells.regions.size(); ++r) {
     Region& region = regions_[map.cells.regions.key(r)];
     const std::uint32_t revision = map.cells.regions.value(r).revision;
@@ -215,14 +226,22 @@ void Compaction::coverRegions(const MapData& map) {
   constexpr auto kNoTask = static_cast<std::size_t>(-1);
   std::vector<RegionTask> tasks;
   std::vector<std::size_t> task_of(regions_.size(), kNoTask);
+  std::vector<std::uint64_t> changed;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     Region& region = regions_.value(r);
-    if (!region.dirty) continue;
-    region.dirty = false;
-    region.boxes.clear();
+    if (!region.dirty && !region.provisional) continue;
+    changed.push_back(regions_.key(r));
+    const bool is_quick = region.dirty && effort == CoverEffort::Quick;
+    region.dirty = region.provisional = false;
+    region.setBoxes({});
     if (!map.isCompact() && has_cells[r] == 0) continue;
     task_of[r] = tasks.size();
-    tasks.push_back({r, {}});
+    tasks.push_back({r, is_quick ? CoverEffort::Quick : CoverEffort::Full, {}});
+  }
+  if (map.isCompact() && !changed.empty()) {
+    std::sort(changed.begin(), changed.end());
+    joined_.release(changed);
+    for (Region& region : regions_.values()) region.joined.assign(region.boxes.size(), 0);
   }
   std::vector<char> is_covered(regions_.size());
   for (std::uint32_t c = 0; c < covers_.size(); ++c) {
@@ -243,16 +262,35 @@ void Compaction::coverRegions(const MapData& map) {
   });
 }
 
-void Compaction::update(const MapData& map) {
+void Compaction::update(const MapData& map, CoverEffort effort) {
   if (!(anchor_ == map.cells.anchor)) {
     *this = Compaction();
     anchor_ = map.cells.anchor;
   }
   updateCovers(map);
-  coverRegions(map);
-  count_ = 0;
-  for (const Region& region : regions_.values()) count_ += region.boxes.size();
+  coverRegions(map, effort);
+  if (effort == CoverEffort::Full && map.isCompact()) joinRegions(map);
+  count_ = joined_.size();
+  settled_ = joined_.isComplete();
+  for (const Region& region : regions_.values()) {
+    count_ += static_cast<std::size_t>(std::count(region.joined.begin(), region.joined.end(), 0));
+    settled_ &= !region.provisional;
+  }
   for (const PatchCover& cover : covers_) count_ += cover.count();
+}
+
+void Compaction::joinRegions(const MapData& map) {
+  if (joined_.isComplete()) return;
+  std::vector<JoinedBoxes::PlacedBox> boxes;
+  for (const std::uint64_t key : regions_.sortedKeys()) {
+    const Region& region = *regions_.find(key);
+    if (region.is_clutter) continue;
+    std::uint32_t number = 0;
+    for (const Cuboid& box : region.boxes) boxes.push_back({{key, number++}, box});
+  }
+  for (const RegionBox& box : joined_.join(map, boxes, covers_)) {
+    regions_.find(box.region)->joined[box.number] = 1;
+  }
 }
 
 const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
@@ -270,8 +308,11 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
   }
   for (const std::uint64_t key : regions_.sortedKeys()) {
     const Region& region = *regions_.find(key);
-    list_.insert(list_.end(), region.boxes.begin(), region.boxes.end());
+    for (std::size_t i = 0; i < region.boxes.size(); ++i) {
+      if (region.joined[i] == 0) list_.push_back(region.boxes[i]);
+    }
   }
+  joined_.appendTo(list_);
   return list_;
 }
 
@@ -282,9 +323,11 @@ std::size_t Compaction::clutteredRegions() const {
 }
 
 std::size_t Compaction::memoryBytes() const {
-  std::size_t bytes = capacityBytes(covers_) + regions_.memoryBytes() + capacityBytes(list_);
+  std::size_t bytes = capacityBytes(covers_) + regions_.memoryBytes() + joined_.memoryBytes() +
+                      capacityBytes(list_);
   for (const PatchCover& cover : covers_) bytes += cover.memoryBytes();
-  for (const Region& region : regions_.values()) bytes += capacityBytes(region.boxes);
+  for (const Region& region : regions_.values())
+    bytes += capacityBytes(region.boxes) + capacityBytes(region.joined);
   return bytes;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -18,11 +19,12 @@ namespace planar_mapping::detail {
 class PLANAR_MAPPING_EXPORT CuboidIndex {
  public:
   void build(const std::vector<Cuboid>& cuboids);
-  /// Calls visit(index) for every cuboid whose axis-aligned bounds, grown by margin, contain the
-  /// point, and maybe others, until visit returns false. In no particular order.
+  /// Calls visit(index) for every cuboid that contains the point when it is grown by margin along
+  /// its own axes, and maybe others, until visit returns false. In no particular order.
   template <typename Visit>
   void visit(const Vector3& point, double margin, Visit&& visit) const {
-    const Vector3 reach = Vector3::Constant(margin);
+    // The axis-aligned bounds of a turned cuboid grow by the diagonal of the margin at most.
+    const Vector3 reach = Vector3::Constant(std::sqrt(3.0) * margin);
     visitBox(point - reach, point + reach, visit);
   }
   /// Calls visit(index) for every cuboid whose axis-aligned bounds meet the box, and maybe others,

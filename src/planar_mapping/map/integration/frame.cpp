@@ -87,15 +87,6 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
   return moments;
 }
 
-/// A plane of its inliers passes them within their spread; noise of a far sensor is below a metre.
-void requireNearInliers(const Plane& plane, const PlaneMoments& inliers) {
-  constexpr double kNoise = 1.0;  // metres
-  if (!(inliers.weight() > 0.0)) return;
-  const double spread = std::sqrt(inliers.scatter().trace() / inliers.weight());
-  if (!(std::abs(plane.signedDistance(inliers.mean())) <= spread + kNoise))
-    throw InputError("a plane of the frame is farther from its inliers than they spread");
-}
-
 void requireAssumed(const FrameObservation& observation) {
   const AssumedPoints& assumed = *observation.assumed;
   const std::size_t planes = observation.planes == nullptr ? 0 : observation.planes->size();
@@ -216,7 +207,6 @@ Frame makeFrame(const FrameObservation& observation) {
       frame.moments.push_back(
           (segment.moments.weight() >= 3.0 ? segment.moments : momentsOf(points, inliers))
               .transformed(T_world_sensor));
-      requireNearInliers(frame.planes.back(), frame.moments.back());
     }
   }
   frame.non_planar = positionsOf(unclaimed);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -54,6 +55,56 @@ bool isWithin(const Vector3& point, double side) {
   return (point / side).cwiseAbs().maxCoeff() < kLatticeLimit - 8;
 }
 
+/// A motion by whole blocks of space: the coordinates in blocks that it adds.
+std::optional<Int3> wholeBlocks(const MapData& map, const Pose& T) {
+  const Vector3 blocks = T.translation() / (4.0 * map.unknownResolution());
+  if (!T.linear().isIdentity(0.0) || !(blocks.array() == blocks.array().round()).all() ||
+      !(blocks.cwiseAbs().maxCoeff() < kLatticeLimit)) {
+    return std::nullopt;
+  }
+  return toInt3(blocks.array());
+}
+
+/// Refuses what the lattice of the map does not hold: nothing is dropped unsaid.
+void requireWithin(const MapData& data, const Pose& T, bool with_space) {
+  const auto require = [&](const Vector3& low, const Vector3& high, double side) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vector3 at(corner & 1 ? high.x() : low.x(), corner & 2 ? high.y() : low.y(),
+                       corner & 4 ? high.z() : low.z());
+      if (isWithin(T * at, side)) continue;
+      throw InputError("part of it would lie beyond the " + std::to_string(kLatticeLimit) +
+                       " cells of " + numberText(side) +
+                       " m that a map reaches from its origin along each axis");
+    }
+  };
+  const double s = data.resolution();
+  for (const PlaneLayer& layer : data.planes) {
+    const Eigen::AlignedBox3d box = layer.bounds(s, data.thickness());
+    if (!box.isEmpty()) require(box.min(), box.max(), s);
+  }
+  const auto requireCube = [&](const Int3& at, double side, double cell) {
+    const Vector3 low = side * Vector3(at.x, at.y, at.z);
+    require(low, low + Vector3::Constant(side), cell);
+  };
+  data.cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
+    if (block.occupied() != 0) requireCube(at, 4.0 * s, s);
+  });
+  if (!with_space) return;
+  const double cell = data.unknownResolution();
+  // Regions of 32 x 32 x 32 cells that are resampled cell by cell: some 2 GB.
+  constexpr std::size_t kMaxResampled = std::size_t{1} << 14;
+  std::size_t regions = 0;
+  data.space.forEachRegion([&](const Int3& at) {
+    requireCube(at, 32.0 * cell, cell);
+    ++regions;
+  });
+  if (regions <= kMaxResampled || wholeBlocks(data, T)) return;
+  throw InputError("its pose turns the map, or moves it by no multiple of " +
+                   numberText(4.0 * cell) +
+                   " m, so that space is resampled: " + std::to_string(regions) + " cubes of " +
+                   numberText(32.0 * cell) + " m, more than " + std::to_string(kMaxResampled));
+}
+
 void takeTrajectory(MapData& map, const MapData& other, const Pose& T) {
   const Quaternion turn(T.linear());
   for (const FramePose& from : other.trajectory) {
@@ -73,11 +124,7 @@ void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame)
     placed.n = T.linear() * placed.n;
     layer.setFrame(placed);
     layer.setMoments(moments);
-    const Eigen::AlignedBox3d bounds = layer.bounds(map.resolution(), map.thickness());
-    if (bounds.isEmpty() || !isWithin(bounds.min(), map.resolution()) ||
-        !isWithin(bounds.max(), map.resolution())) {
-      continue;
-    }
+    if (layer.bounds(map.resolution(), map.thickness()).isEmpty()) continue;
     layer.id = map.next_plane_id++;
     layer.raster.markAllDirty();
     frame.hits.push_back({map.planes.size(), true, {}, {}});
@@ -119,7 +166,6 @@ void takeParts(MapData& map, const CellBlock& block, const Int3& cell, const Pos
   const Vector3 corner(cell.x, cell.y, cell.z);
   const auto take = [&](const Vector3& part) {
     const Vector3 point = T * Vector3(s * (corner + part));
-    if (!isWithin(point, s)) return;
     TakenCell taken;
     taken.cell = cellAt(point, s);
     taken.belief = block.belief(bit);
@@ -150,7 +196,6 @@ void takeCells(MapData& map, const MapData& other, const Pose& T, Frame& frame) 
     const Int3& a = other.cells.anchor;
     const Vector3 middle = Vector3(a.x, a.y, a.z) + Vector3::Constant(kRegionCells / 2);
     const Vector3 placed = T * Vector3(s * middle) / s;
-    if (!(placed.cwiseAbs().maxCoeff() < 0.9 * kLatticeLimit)) return;  // as are its cells
     const auto part = [](double coordinate) {
       return 4 * static_cast<std::int32_t>(std::floor((coordinate + 0.5) / 4.0)) - kRegionCells / 2;
     };
@@ -179,8 +224,32 @@ SpaceBlock blockFrom(const KeyMap<SpaceBlock>& known, const Int3& at, double s, 
   return block;
 }
 
+void sortByRegion(std::vector<UnknownSpace::PlacedBlock>& blocks) {
+  const auto order = [](const UnknownSpace::PlacedBlock& block) {
+    const Int3& b = block.at;
+    return std::make_tuple(b.x >> 3, b.y >> 3, b.z >> 3, b.x, b.y, b.z);
+  };
+  std::sort(blocks.begin(), blocks.end(),
+            [&](const auto& a, const auto& b) { return order(a) < order(b); });
+}
+
 void takeSpace(MapData& map, const MapData& other, const Pose& T) {
   const double s = map.unknownResolution();
+  if (const std::optional<Int3> by = wholeBlocks(map, T)) {
+    std::vector<UnknownSpace::PlacedBlock> blocks;  // as many as a region has
+    const auto add = [&]() {
+      sortByRegion(blocks);
+      map.space.add(blocks);
+      blocks.clear();
+    };
+    other.space.forEachBlock([&](const Int3& at, const SpaceBlock& block) {
+      if ((block.free | block.unknown) != 0) {
+        blocks.push_back({{at.x + by->x, at.y + by->y, at.z + by->z}, block});
+      }
+      if (blocks.size() == SpaceRegion::kBlocks) add();
+    });
+    return add();
+  }
   KeyMap<SpaceBlock> known;
   other.space.forEachBlock([&](const Int3& at, const SpaceBlock& block) {
     if ((block.free | block.unknown) != 0) known[packKey(at)] = block;
@@ -193,22 +262,17 @@ void takeSpace(MapData& map, const MapData& other, const Pose& T) {
     const Vector3 middle = T * Vector3(4.0 * s * Vector3(at.x + 0.5, at.y + 0.5, at.z + 0.5));
     // Blocks that only touch have no cell in common.
     const Vector3 half = Vector3::Constant(reach - 0.01 * s);
-    if (!isWithin(middle - half, s) || !isWithin(middle + half, s)) continue;
     forEachPlace(cellAt(middle - half, 4.0 * s), cellAt(middle + half, 4.0 * s),
                  [&](const Int3& block) { reached.insert(packKey(block)); });
   }
-  std::vector<Int3> places;
-  for (const std::uint64_t key : reached.keys()) places.push_back(unpackKey(key));
-  const auto region = [](const Int3& b) { return std::make_tuple(b.x >> 3, b.y >> 3, b.z >> 3); };
-  std::sort(places.begin(), places.end(), [&](const Int3& a, const Int3& b) {
-    return std::make_tuple(region(a), a.x, a.y, a.z) < std::make_tuple(region(b), b.x, b.y, b.z);
-  });
   std::vector<UnknownSpace::PlacedBlock> blocks;
   const Pose back = T.inverse();
-  for (const Int3& at : places) {
+  for (const std::uint64_t key : reached.keys()) {
+    const Int3 at = unpackKey(key);
     const SpaceBlock block = blockFrom(known, at, s, back);
     if ((block.free | block.unknown) != 0) blocks.push_back({at, block});
   }
+  sortByRegion(blocks);
   map.space.add(blocks);
 }
 
@@ -253,6 +317,7 @@ FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_othe
   if (other.trajectory.empty()) return {};
   const int order = map.trajectory.empty() ? 1 : compare(map, other);
   if (order == 0 && in_place) return {};
+  requireWithin(other, T, map.params.unknown_space);
   if (order <= 0) return take(map, other, T);
   // The one that began first takes the other, whichever was asked to.
   MapData first(map.params);

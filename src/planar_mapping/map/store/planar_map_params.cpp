@@ -74,6 +74,12 @@ PlanarMapParams PlanarMapParams::resolvedFor(const CloudScale& scale) const {
   return resolved;
 }
 
+Vector3 originNear(const Vector3& place) {
+  constexpr double kFar = 10000.0;  // metres
+  constexpr double kStep = 1000.0;  // metres
+  return (place.array().abs() > kFar).select(kStep * (place / kStep).array().round(), 0.0);
+}
+
 void PlanarMapParams::validate() const {
   approximation.validate();
   for (const double value : origin) requireInRange("origin", value, -1e9, 1e9, "m");

@@ -87,4 +87,8 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   void validate() const;
 };
 
+/// [ours] Origin of a map of a place whose coordinates are too large for cells: the place to a
+/// kilometre along each axis where it is farther than 10 km, else 0.
+PLANAR_MAPPING_EXPORT Vector3 originNear(const Vector3& place);
+
 }  // namespace planar_mapping

@@ -86,6 +86,11 @@ class UnknownSpace {
       }
     }
   }
+  /// Calls visit(cell coordinates >> 5) for every region of which something is stored.
+  template <typename Visit>
+  void forEachRegion(Visit&& visit) const {
+    for (const std::uint64_t key : regions_.keys()) visit(unpackKey(key));
+  }
   struct PlacedBlock {
     Int3 at;
     Block cells;

@@ -63,8 +63,27 @@ TEST(LatticeBoxes, TheLargestHoldAllowedCellsAndCannotGrow) {
   }
 }
 
-TEST(LatticeBoxes, NothingHasNone) {
+TEST(LatticeBoxes, NoCoverHasFewerThanTheBound) {
+  Random random(4);
+  std::size_t bounds = 0;
+  std::size_t found = 0;
+  for (int round = 0; round < 30; ++round) {
+    const BitGrid required = clutter(random);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::size_t boxes = coverWithin(required, allowed, kRules).boxes.size();
+    const std::size_t bound = fewestBoxes(required, allowed, kRules, 1000);
+    ASSERT_GE(bound, 1u);
+    ASSERT_LE(bound, boxes);
+    ASSERT_EQ(fewestBoxes(required, allowed, kRules, 2), std::min<std::size_t>(bound, 2));
+    bounds += bound;
+    found += boxes;
+  }
+  EXPECT_GT(10 * bounds, 8 * found);  // near enough to be of use
+}
+
+TEST(LatticeBoxes, TheBoundOfNothingIsNone) {
   const BitGrid none(5, 5, 5);
+  EXPECT_EQ(fewestBoxes(none, none, kRules, 3), 0u);
   EXPECT_TRUE(largestBoxes(none, none, kRules).empty());
 }
 
@@ -98,6 +117,8 @@ TEST(LatticeCover, EachCellIsInOneBoxOrSetThatStandsForIt) {
       });
       ASSERT_TRUE(times[n] == 1 || in_set);
     }
+    ASSERT_LE(cover.boxes.size() + cover.sets.size(),
+              coverWithin(required, allowed, kRules).boxes.size());
   }
 }
 
@@ -155,7 +176,34 @@ TEST(LatticeCover, WhereNoBoxHasRoomACellIsABox) {
     EXPECT_EQ(left.count(), 0);
   };
   expectAll(sweptOver(required, required, exact, 100));
-  expectAll(coverWithin(required, required, exact).boxes);
+  expectAll(coverWithin(required, required, exact, {}, CoverEffort::Full).boxes);
+}
+
+TEST(LatticeCover, FullEffortFindsFewerForCurvedSurfaces) {
+  Random random(2);
+  std::size_t quick = 0;
+  std::size_t full = 0;
+  for (int round = 0; round < 6; ++round) {
+    // The cells of a sphere's shell.
+    BitGrid required(48, 48, 48);
+    const double radius = 12.0 + random.below(8);
+    for (std::int32_t i = 0; i < 48 * 48 * 48; ++i) {
+      const LatticeCell at{i % 48, i / 48 % 48, i / (48 * 48)};
+      const double distance = std::hypot(at[0] - 23.5, at[1] - 23.5, at[2] - 23.5);
+      if (std::abs(distance - radius) < 0.9) required.set(at[0], at[1], at[2]);
+    }
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const LatticeCoverage cover = coverWithin(required, allowed, kRules, {}, CoverEffort::Full);
+    BitGrid left = required;
+    for (const CoverBox& c : cover.boxes) {
+      ASSERT_TRUE(allowed.all(c.box));
+      left.clear(grown(c.box, kRules.tolerance));
+    }
+    EXPECT_EQ(left.count(), 0);
+    quick += coverWithin(required, allowed, kRules).boxes.size();
+    full += cover.boxes.size();
+  }
+  EXPECT_LT(20 * full, 19 * quick) << full << " of " << quick;
 }
 
 }  // namespace

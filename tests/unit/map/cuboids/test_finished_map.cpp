@@ -125,6 +125,7 @@ TEST(FinishedMap, HasNoPlanesAndNoTrajectory) {
   EXPECT_TRUE(finished.trajectory().empty());
   EXPECT_EQ(finished.frames(), 0u);
   EXPECT_EQ(finished.cuboidCount(), finished.cuboids().size());
+  EXPECT_EQ(finished.cuboidCountAtMost(), finished.cuboids().size());
 }
 
 TEST(FinishedMap, RefusesToGrow) {

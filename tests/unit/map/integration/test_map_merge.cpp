@@ -247,14 +247,38 @@ TEST(MergeMaps, ChangesNothingWhereItRefuses) {
   EXPECT_EQ(map.serialize(), before);
 }
 
-TEST(MergeMaps, LeavesOutWhatLiesBeyondTheLattice) {
+TEST(MergeMaps, RefusesWhatWouldLieBeyondTheLattice) {
   PlanarMap map = walk(0, 2);
+  const std::vector<std::uint8_t> before = map.serialize();
+  const PlanarMap other = walk(2, 4);
   Pose far = Pose::Identity();
-  far.translation().x() = 1e7;
-  map.merge(walk(2, 4), far);
-  EXPECT_EQ(map.frames(), 4u);
-  EXPECT_EQ(map.planes().size(), walk(0, 2).planes().size());
-  EXPECT_TRUE(map.isOccupied({0.0, 5.05, 1.5}));  // within the wall, not on its face
+  for (const double x : {1e6, -1e7}) {
+    far.translation().x() = x;
+    EXPECT_THROW(map.merge(other, far), InputError) << x;
+    EXPECT_THROW(PlanarMap(map.params()).merge(other, far), InputError) << x;
+  }
+  EXPECT_EQ(map.serialize(), before);
+  far.translation().x() = 40000.0;
+  map.merge(other, far);
+  EXPECT_EQ(map.planes().size(), walk(0, 2).planes().size() + other.planes().size());
+}
+
+TEST(MergeMaps, ByWholeBlocksIsByNearestCells) {
+  const PlanarMap map = walk(0, 4);
+  Pose blocks = Pose::Identity(), cells = Pose::Identity();
+  blocks.translation().x() =
+      12.0 * (map.params().unknown_resolution > 0.0 ? map.params().unknown_resolution
+                                                    : map.params().approximation.resolution);
+  cells.translation().x() = blocks.translation().x() + 1e-9;
+  PlanarMap a(map.params()), b(map.params());
+  a.merge(map, blocks);
+  b.merge(map, cells);
+  // Cells on the faces of planes may change.
+  const auto cells_of_b = static_cast<double>(b.unknownCells());
+  EXPECT_NEAR(static_cast<double>(a.unknownCells()), cells_of_b, 0.005 * cells_of_b);
+  std::size_t points = 0;
+  const std::size_t different = differentlyJudged(a, b, points);
+  EXPECT_LT(different, points / 500);
 }
 
 }  // namespace
