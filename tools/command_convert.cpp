@@ -8,10 +8,10 @@
 #include <string>
 
 #include "commands.h"
-#include "robot_options.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
+#include "robot_options.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -94,7 +94,8 @@ void addConvertCommand(CLI::App& app, int&) {
   command->add_flag("--finished", arguments->finished,
                     "Leave out what only further frames need (pmap: far fewer bytes)");
   command
-      ->add_option("--cell", options.cell, "bt, ot, pgm, svg, dxf: side of a cell, m [the map's resolution]")
+      ->add_option("--cell", options.cell,
+                   "bt, ot, pgm, svg, dxf: side of a cell, m [the map's resolution]")
       ->check(numberIn(1e-4, 1e6));
   addRobotOptions(*command, options.robot);
   command->add_flag("--distance", options.distance,

@@ -345,8 +345,9 @@ void addMap(py::module_& module) {
                              [](const Plan& p) { return std::pair(p.origin.x(), p.origin.y()); })
       .def_property_readonly("values", [](const Plan& p) { return gridOf(p, p.values); })
       .def_property_readonly("heights", [](const Plan& p) { return gridOf(p, p.heights); })
-      .def("distances", [](const Plan& p) { return gridOf(p, p.distances()); },
-           "Metres to the nearest occupied cell.")
+      .def(
+          "distances", [](const Plan& p) { return gridOf(p, p.distances()); },
+          "Metres to the nearest occupied cell.")
       .def("is_standable", &Plan::isStandable, "x"_a, "y"_a);
   py::class_<SharedMap>(module, "PlanarMap", "A map of planar cuboids; world frame, z up, metres.")
       .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
@@ -365,8 +366,9 @@ void addMap(py::module_& module) {
           },
           "path"_a, py::kw_only(), "overwrite"_a = false, "Writes a .pmap file.")
       .def("export", &exportTo, "path"_a, py::kw_only(), "unknown"_a = false, "cell"_a = 0.0,
-           "robot"_a = RobotModel(), "distance"_a = false, "surface"_a = false, "spacing"_a = 0.0, "frame_id"_a = "map",
-           "overwrite"_a = false, "Writes a file for other programs, as `planar_map convert` does.")
+           "robot"_a = RobotModel(), "distance"_a = false, "surface"_a = false, "spacing"_a = 0.0,
+           "frame_id"_a = "map", "overwrite"_a = false,
+           "Writes a file for other programs, as `planar_map convert` does.")
       .def("insert", &insert, "xyz"_a, "T"_a = py::none(), py::kw_only(), "planes"_a = py::none(),
            "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
            "K"_a = py::none(), "Adds a cloud of the sensor's frame; T = T_world_sensor.")

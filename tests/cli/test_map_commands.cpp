@@ -155,8 +155,8 @@ TEST_F(MapCommands, ConvertHelpSaysWhoReadsWhat) {
 
 TEST_F(MapCommands, ConvertTakesItsOptions) {
   const std::string file = map();
-  ASSERT_EQ(planarMap({"convert", file, directory_ / "m.pgm", "--cell", "0.5", "--robot-height", "0.7",
-                       "--frame-id", "odom"})
+  ASSERT_EQ(planarMap({"convert", file, directory_ / "m.pgm", "--cell", "0.5", "--robot-height",
+                       "0.7", "--frame-id", "odom"})
                 .exit_code,
             0);
   EXPECT_NE(read("m.yaml").find("robot 0.7 m high"), std::string::npos);

@@ -134,6 +134,24 @@ TEST(NavigationMap, DistanceIsToTheNearestOccupiedCell) {
   EXPECT_NEAR(value, 0.5 * std::hypot(5.0, 4.0), 1e-5);
 }
 
+TEST(NavigationMap, StoreysHaveFilesOfTheirOwn) {
+  io::ExportedMap map = handMade();
+  map.plan.occupied.push_back(box({-1.0, 0.5, 3.4}, {1.0, 3.0, 3.5}));
+  map.plan.occupied.back().plane_id = 1;
+  map.plan.floors.push_back(test::measured({-1.0, 0.5, 3.4}, {1.0, 3.0, 3.5}, 0.5));
+  map.plan.space.push_back(box({-1.0, 0.5, 3.5}, {1.0, 3.0, 6.0}, CellState::Free));
+  map.plan.path.emplace_back(0.25, 1.25, 4.0);
+  const io::Contents files = io::writePgm(map, "m.pgm");
+  ASSERT_EQ(files.size(), 6u);
+  EXPECT_EQ(io::exportedFiles("a/m.pgm", true, 2),
+            (std::vector<std::string>{"a/m.pgm", "a/m.yaml", "a/m.npy", "a/m_0.pgm", "a/m_0.yaml",
+                                      "a/m_0.npy", "a/m_1.pgm", "a/m_1.yaml", "a/m_1.npy"}));
+  EXPECT_EQ(files[0], files[4]) << "the path ends on the upper storey";
+  EXPECT_NE(files[2], files[4]);
+  EXPECT_NE(files[5].find("image: m_1.pgm"), std::string::npos);
+  EXPECT_EQ(map.notes.size(), 2u);
+}
+
 TEST(NavigationMap, TooManyCellsAreRefused) {
   io::ExportedMap map = handMade();
   map.options.cell = 1e-5;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/plan/plan.h"
 #include "planar_mapping/planes/multi_plane.h"
@@ -68,7 +69,9 @@ struct PlanScene {
   double sensor = 0.4;          ///< over them
   int rings = 32;
   double resolution = 0.1;      ///< of the map
-  std::vector<Vector3> points;  ///< all that was measured
+  double turn = 0.0;            ///< of the world against the cells of map and plan, radians
+  double noise = 0.0;           ///< of ranges, rms, metres
+  std::vector<Vector3> points;  ///< all that was measured, in the axes of the solids
 
   PlanScene& add(const Vector3& low, const Vector3& high, double rise = 0.0) {
     solids.push_back({low, high, rise});
@@ -84,7 +87,7 @@ struct PlanScene {
   PlanScene& floor(double from, double to, double top = 0.0, double rise = 0.0) {
     return add({from, -1.5, -2.0}, {to, 1.5, top}, rise);
   }
-  PlanScene& drive(double from, double to, double step = 0.5) {
+  PlanScene& drive(double from, double to, double step = 0.23) {
     for (double x = from; x <= to + 1e-9; x += step) places.push_back({x, 0.0, topBelow(x, 0, 1)});
     return *this;
   }
@@ -106,6 +109,8 @@ struct PlanScene {
     PlanarMapParams params;
     params.setResolution(resolution);
     PlanarMap map(params);
+    Random random(1);
+    const Eigen::AngleAxisd turned(turn, Vector3::UnitZ());
     double time = 0.0;
     for (const Vector3& place : places) {
       const Vector3 origin = place + sensor * Vector3::UnitZ();
@@ -119,6 +124,7 @@ struct PlanScene {
           double range = 30.0;
           for (const Solid& s : solids) range = std::min(range, s.entry(origin, ray));
           if (range >= 30.0) continue;
+          if (noise > 0.0) range += noise * random.normal();
           for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(range * ray[k]));
           points.push_back(origin + range * ray);
         }
@@ -129,7 +135,8 @@ struct PlanScene {
       frame.points = PointsView(xyz.data(), static_cast<std::uint32_t>(xyz.size() / 3));
       const PlaneSet planes = findPlanes(frame.points, nullptr, search);
       frame.planes = &planes.planes;
-      frame.T_world_sensor.translation() = origin;
+      frame.T_world_sensor.linear() = turned.toRotationMatrix();
+      frame.T_world_sensor.translation() = turned * origin;
       frame.timestamp = time++;
       map.insert(frame);
     }
@@ -147,15 +154,20 @@ struct PlanFigures {
 
 inline PlanFigures figuresOf(const PlanScene& scene, const Plan& plan, const RobotModel& robot) {
   PlanFigures figures;
+  const Eigen::Rotation2Dd turned(scene.turn);
   const auto middle = [&](std::uint32_t x, std::uint32_t y) -> Vector2 {
-    return plan.origin + plan.cell * Vector2(x + 0.5, y + 0.5);
+    return turned.inverse() * (plan.origin + plan.cell * Vector2(x + 0.5, y + 0.5));
+  };
+  const auto cellOf = [&](const Vector3& place, std::uint32_t& x, std::uint32_t& y) {
+    const Vector2 at = turned * Vector2(place.head<2>());
+    return plan.cellOf(at.x(), at.y(), x, y);
   };
   // Floors that the robot reaches, cell by cell.
   std::vector<double> floor(plan.values.size(), NAN);
   std::deque<std::size_t> open;
   for (const Vector3& place : scene.places) {
     std::uint32_t x = 0, y = 0;
-    if (!plan.cellOf(place.x(), place.y(), x, y)) continue;
+    if (!cellOf(place, x, y)) continue;
     floor[y * plan.width + x] = place.z();
     open.push_back(y * plan.width + x);
   }
@@ -188,7 +200,7 @@ inline PlanFigures figuresOf(const PlanScene& scene, const Plan& plan, const Rob
   std::set<std::size_t> measured;
   for (const Vector3& p : scene.points) {
     std::uint32_t x = 0, y = 0;
-    if (!plan.cellOf(p.x(), p.y(), x, y)) continue;
+    if (!cellOf(p, x, y)) continue;
     const std::size_t cell = y * plan.width + x;
     if (std::abs(p.z() - floor[cell]) < 0.05) measured.insert(cell);
   }
@@ -269,6 +281,18 @@ inline std::vector<PlanScene> planScenes() {
         .add({4.0, 0.3, 0.0}, {6.0, 0.32, 0.3})
         .add({6.5, -1.5, 0.9}, {6.6, -0.5, 1.1})
         .drive(0.0, 8.0);
+  }
+  // Worlds that lie across the cells, of a scanner with noise.
+  const std::size_t straight = scenes.size();
+  for (std::size_t i = 0; i < straight; ++i) {
+    if (scenes[i].name.substr(0, 10) == "trench 0.2") continue;
+    if (scenes[i].name.find("0.4 m 32") == std::string::npos &&
+        scenes[i].name.find("1.2 m 64") == std::string::npos)
+      continue;
+    scenes.push_back(scenes[i]);
+    scenes.back().name += " turned";
+    scenes.back().turn = 0.5;
+    scenes.back().noise = 0.01;
   }
   return scenes;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../commands.h"
+#include "../robot_options.h"
 #include "../unknown_words.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
@@ -18,7 +19,6 @@
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/viewer/drawing/projection_2d.h"
 #include "planar_mapping/viewer/scene/scene_content.h"
-#include "../robot_options.h"
 #include "planar_mapping/viewer/window/snapshot.h"
 #include "planar_mapping/viewer/window/window.h"
 namespace planar_mapping::tools {

@@ -131,6 +131,13 @@ std::vector<Plan> plansOf(const PlanarMap& map, const RobotModel& robot, double 
   return plansOf(planSourceOf(map), robot, cell);
 }
 
+const Plan& storeyBelow(const std::vector<Plan>& plans, double height) {
+  const Plan* best = &plans.at(0);
+  for (const Plan& plan : plans)
+    if (plan.floor < height && plan.floor > best->floor) best = &plan;
+  return *best;
+}
+
 Plan planAround(const PlanarMap& map, const Vector3& sensor, double reach, const RobotModel& robot,
                 double cell) {
   constexpr double kStorey = 10.0;  // metres above and below
@@ -153,12 +160,7 @@ Plan planAround(const PlanarMap& map, const Vector3& sensor, double reach, const
   drop(source.ground, [&](const GroundPoint& p) { return is_away(p.position, Vector3::Zero()); });
   drop(source.path, [&](const Vector3& p) { return is_away(p, Vector3::Zero()); });
   source.path.push_back(sensor);
-  const std::vector<Plan> plans = plansOf(source, robot, cell);
-  const double height = up.dot(sensor);
-  const Plan* nearest = &plans[0];
-  for (const Plan& plan : plans)
-    if (plan.floor < height && plan.floor > nearest->floor) nearest = &plan;
-  return *nearest;
+  return storeyBelow(plansOf(source, robot, cell), up.dot(sensor));
 }
 
 double floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,

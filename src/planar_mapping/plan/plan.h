@@ -106,6 +106,9 @@ PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(const PlanSource& source, const 
 PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(const PlanarMap& map,
                                                 const RobotModel& robot = RobotModel(),
                                                 double cell = 0.0);
+/// The highest storey whose floor is below a height along up, else the lowest. \param plans of
+/// plansOf()
+PLANAR_MAPPING_EXPORT const Plan& storeyBelow(const std::vector<Plan>& plans, double height);
 /// The storey around a place where the robot's sensor is now, in the axes of the map: within so
 /// many metres along x and y, from what the map holds there and up to 10 m above and below.
 PLANAR_MAPPING_EXPORT Plan planAround(const PlanarMap& map, const Vector3& sensor, double reach,

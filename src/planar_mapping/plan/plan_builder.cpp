@@ -27,9 +27,6 @@ constexpr double kMinFloor = 4.0;
 constexpr double kBlindReach = 5.0;
 /// Between two places of the path the robot went straight, metres.
 constexpr double kMaxStride = 2.0;
-/// Steps of the column over a floor that may be unseen: its first and last are cut by what stands
-/// below and above.
-constexpr int kMaxUnseen = 2;
 
 Cuboid turned(const Quaternion& turn, Cuboid cuboid) {
   cuboid.center = turn * cuboid.center;
@@ -250,11 +247,8 @@ void PlanBuilder::sortLevels() {
     if (!kept.empty() && kept.back().first == cell &&
         kept.back().second.height - level.height <= robot_.max_step) {
       FloorLevel& above = kept.back().second;
-      if (level.kind > above.kind) {
-        above.kind = level.kind;
-        above.slope_x = level.slope_x;
-        above.slope_y = level.slope_y;
-      }
+      // What was measured says where the floor is; what lies on it is no obstacle.
+      if (level.kind > above.kind) above = level;
       continue;
     }
     kept.emplace_back(cell, level);
@@ -452,11 +446,15 @@ void PlanBuilder::lookAbove() {
   if (unseen_ == Unseen::Free) free_->invert();
   for (std::uint32_t i = 0; i < levels_.size(); ++i) {
     const FloorLevel& level = levels_[i];
-    const FreeColumns::Count above =
-        free_->count(cell_of_[i], level.height + robot_.max_step, level.height + robot_.height);
+    const double low = level.height + robot_.max_step;
+    const double high = std::max(level.height + robot_.height, low + resolution_);
+    // The first and the last step of the column are cut by what stands below and above.
+    const FreeColumns::Count all = free_->count(cell_of_[i], low, high);
+    const FreeColumns::Count inner =
+        free_->count(cell_of_[i], low + resolution_, high - resolution_);
     states_[i].is_blocked = isBlocked(cell_of_[i], level.height);
     states_[i].is_seen = level.kind == FloorLevel::Kind::Path ||
-                         above.all - above.free <= std::min(kMaxUnseen, above.all / 2);
+                         (inner.free == inner.all && 2 * all.free >= all.all);
   }
 }
 
@@ -501,6 +499,11 @@ void PlanBuilder::findEdges() {
     if (!states_[i].is_reached || states_[i].is_blocked) continue;
     const double height = levels_[i].height;
     states_[i].is_rim = !levels_[i].isMeasured();
+    // Of two floors without headroom between them the upper one is none, or an edge.
+    for (std::uint32_t k = levels_.begin(cell_of_[i]); k < levels_.end(cell_of_[i]); ++k)
+      if (levels_[k].isMeasured() && levels_[k].height < height - robot_.max_step &&
+          levels_[k].height > height - robot_.height)
+        states_[i].is_edge = true;
     // Where space below the floor was seen there is a gap in it that its cuboids bridge.
     if (levels_[i].kind != FloorLevel::Kind::Path && isHollow(cell_of_[i], height))
       states_[i].is_edge = true;

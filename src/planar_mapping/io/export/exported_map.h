@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "planar_mapping/base/types.h"
-#include "planar_mapping/geometry/turning.h"
 #include "planar_mapping/geometry/cuboid.h"
+#include "planar_mapping/geometry/turning.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/text_lines.h"
 
@@ -79,7 +79,7 @@ using Writer = Contents(const ExportedMap& map, const std::string& path);
 Writer writeCsv, writeGlb, writeModelFolder, writeObj, writePly, writePoints, writeScene, writeSdf,
     writeStl, writeUrdf, writeVtp;
 Writer writeDxf, writePgm, writeSvg;  ///< plans
-Writer writeOctree;  ///< .bt, .ot
+Writer writeOctree;                   ///< .bt, .ot
 
 /// "origin_m X Y Z" between two texts for a map that has an origin of its own, else nothing.
 std::string originNote(const ExportedMap& map, const char* before, const char* after);

@@ -126,15 +126,17 @@ std::vector<std::string> exportedFiles(const std::string& path, bool distance,
   const Format& format = formatOf(path);
   if (isFolder(path)) return {path + "model.sdf", path + "model.config"};
   std::vector<std::string> files;
-  for (std::size_t storey = 0; storey < storeys; ++storey) {
+  const auto add = [&](const std::string& name) {
     std::filesystem::path file(path);
-    if (storey > 0)
-      file.replace_filename(stemOf(path) + "_" + std::to_string(storey) + format.extension);
+    if (!name.empty()) file.replace_filename(name);
     files.push_back(file.string());
     if (format.beside != nullptr) files.push_back(file.replace_extension(format.beside).string());
     if (distance && format.write == writePgm)
       files.push_back(file.replace_extension(".npy").string());
-  }
+  };
+  add("");
+  for (std::size_t storey = 0; storeys > 1 && storey < storeys; ++storey)
+    add(stemOf(path) + "_" + std::to_string(storey) + format.extension);
   return files;
 }
 
@@ -159,8 +161,8 @@ std::vector<std::string> exportMap(const PlanarMap& map, const std::string& path
     std::filesystem::create_directories(path, error);
     if (error) throw IoError(path, "cannot be created: " + error.message());
   }
-  const std::size_t each = exportedFiles(path, options.distance).size();
-  writeFiles(exportedFiles(path, options.distance, contents.size() / each), contents,
+  const std::size_t plans = contents.size() / exportedFiles(path, options.distance).size();
+  writeFiles(exportedFiles(path, options.distance, plans > 1 ? plans - 1 : 1), contents,
              options.overwrite);
   return exported.notes;
 }

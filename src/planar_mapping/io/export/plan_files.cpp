@@ -31,7 +31,8 @@ std::string textOf(const RobotModel& robot) {
   return text;
 }
 
-/// Plans of all storeys, whose notes are for the user.
+/// Plans of all storeys, whose notes are for the user; of several first that on which the path
+/// ends.
 std::vector<Plan> plansFor(const ExportedMap& map) {
   std::vector<Plan> plans = plansOf(map.plan, map.options.robot, map.options.cell);
   for (std::size_t i = 0; i < plans.size(); ++i) {
@@ -40,7 +41,16 @@ std::vector<Plan> plansFor(const ExportedMap& map) {
            textOf(map.options.robot), ": ", plans[i].note);
     map.notes.push_back(note);
   }
+  if (plans.size() > 1) {
+    const double end =
+        map.plan.path.empty() ? plans[0].floor : map.plan.up.dot(map.plan.path.back());
+    plans.insert(plans.begin(), storeyBelow(plans, end));
+  }
   return plans;
+}
+
+std::size_t storeysIn(const std::vector<Plan>& plans) {
+  return plans.size() > 1 ? plans.size() - 1 : 1;
 }
 
 std::string imageOf(const Plan& plan) {
@@ -158,7 +168,8 @@ std::string dxfOf(const std::vector<WallRectangle>& walls, double floor) {
 Contents writePgm(const ExportedMap& map, const std::string& path) {
   Contents contents;
   const std::vector<Plan> plans = plansFor(map);
-  const std::vector<std::string> files = exportedFiles(path, map.options.distance, plans.size());
+  const std::vector<std::string> files =
+      exportedFiles(path, map.options.distance, storeysIn(plans));
   for (const Plan& plan : plans) {
     const std::string& image = files[contents.size()];
     contents.push_back(imageOf(plan));
