@@ -17,6 +17,7 @@ namespace planar_mapping::tools {
 namespace {
 
 std::atomic<bool> stop_requested{false};
+std::atomic<bool> on_terminal{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler writes it");
 
 /// The first signal asks, the second one, of either kind, does not.
@@ -25,7 +26,8 @@ extern "C" void requestStop(int /*number*/) {
   constexpr char kText[] =
       "\nplanar_map: stopping: the frame in work is finished, and what was done is saved; a second "
       "Ctrl-C stops at once\n";
-  const ssize_t ignored = ::write(STDERR_FILENO, kText, sizeof kText - 1);
+  const std::size_t from = on_terminal ? 0 : 1;  // below the bar, or a line of its own
+  const ssize_t ignored = ::write(STDERR_FILENO, kText + from, sizeof kText - 1 - from);
   static_cast<void>(ignored);
 }
 
@@ -89,6 +91,7 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
 std::atomic<bool>& stopOnSignal() {
   // Everything there is to say goes through our own errors.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  on_terminal = isatty(STDERR_FILENO) == 1;
   struct sigaction action = {};
   action.sa_handler = requestStop;
   action.sa_flags = SA_RESTART;

@@ -111,6 +111,8 @@ class PreparedStage : public Stage {
     for (const ConfiguredStage& stage : replaced_) stage.stage->limit(scale);
   }
   void process(Frame& frame) override { copyPreparation(*prepared_, frame); }
+  /// What the preparing stages have left of them is for the maps.
+  bool usesKeyFeatures(const Frame&) const override { return true; }
   void set(const Frame& prepared) { prepared_ = &prepared; }
 
  private:

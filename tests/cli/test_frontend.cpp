@@ -111,8 +111,10 @@ TEST_F(FrontendTest, ASecondFrontEndIsRefused) {
 
 TEST_F(FrontendTest, AnInterruptedFrontEndEndsBothSidesCleanly) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
-  expectExit(130, frontEnd(mapper.port(), clouds(16), killAfter(mapper, 2, SIGINT)),
-             "interrupted after");
+  const ProgramResult sent =
+      expectExit(130, frontEnd(mapper.port(), clouds(16), killAfter(mapper, 2, SIGINT)));
+  EXPECT_EQ(0u, sent.err.find("planar_map: stopping: the frame in work is finished")) << sent.err;
+  EXPECT_NE(std::string::npos, sent.err.find("planar_map: interrupted after")) << sent.err;
   const ProgramResult mapped = expectExit(4, mapper.wait());
   EXPECT_NE(std::string::npos, mapped.err.find("the front-end was interrupted after frame"));
   EXPECT_TRUE(exists("out/map.pmap"));

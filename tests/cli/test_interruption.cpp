@@ -99,7 +99,7 @@ TEST_F(Interruption, ResumedRunKeepsWhatIsSavedUntilItHasAsMuch) {
   EXPECT_EQ(SIGKILL, planarMap(resume, options).signal);
   EXPECT_GE(Json::parse(read("out/metrics.json"))["frames"], done);
   EXPECT_GE(read("out/map.pmap").size(), before.size() / 2);
-  expectExit(4, planarMap(joined(resume, {"--set", "pass_through.max_m=7"})));
+  expectExit(4, planarMap(joined(resume, {"--set", "depth_error_limit.max_error_m=0.3"})));
 }
 
 TEST_F(Interruption, NamesWithNewlinesAreResumed) {

@@ -69,7 +69,7 @@ class LineReader {
   /// \param longest_line  bytes; a longer one is an IoError (a binary file taken for text)
   LineReader(InputFile& file, std::size_t longest_line);
 
-  /// The next line without its end (\n or \r\n), valid until the next call; false at the end.
+  /// The next line without its end (LF or CR LF), valid until the next call; false at the end.
   bool next(std::string_view& line);
   /// Number of the last line, counted from 1.
   std::size_t number() const { return number_; }

@@ -101,7 +101,7 @@ Pipeline::Pipeline(Configuration configuration)
 FrameReport Pipeline::process(Frame& frame) {
   const Clock::time_point start = Clock::now();
   if (!frame.front_end_done) runFrontEnd(frame, false);  // dense cloud, key features (III-B)
-  if (!usesKeyFeatures(frame)) frame.key_features.clear();
+  if (!usesKeyFeatures(frame, 0)) frame.key_features.clear();
   moveToOrigin(frame);
   findUsablePoints(frame);
   const std::size_t statistics = frame.statistics.size();
@@ -137,7 +137,7 @@ void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
     frame.skip_reason =
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";
   if (pictures != 0) last_pictures_ = pictures;
-  const bool with_features = for_others || usesKeyFeatures(frame);
+  const bool with_features = for_others || usesKeyFeatures(frame, 0);
   const auto runs = [&](const ConfiguredStage& stage) {
     return stage.enabled && (with_features || stage.kind != StageKind::Features);
   };
@@ -166,6 +166,7 @@ void Pipeline::runMotion(Frame& frame) {
     const ConfiguredStage& stage = configuration_.stages[i];
     if (stage.kind == StageKind::Points && stage.enabled) hideRemovedPoints(frame);
   }
+  if (frame.pose_taken && !usesKeyFeatures(frame, sensing_size_)) frame.key_features.clear();
 }
 
 void Pipeline::runMapping(Frame& frame) {
@@ -209,8 +210,10 @@ bool Pipeline::hasStage(StageKind kind) const {
   return planar_mapping::hasStage(configuration_, kind);
 }
 
-bool Pipeline::usesKeyFeatures(const Frame& frame) const {
-  return std::any_of(configuration_.stages.begin(), configuration_.stages.end(),
+/// Whether a stage from \p first on does.
+bool Pipeline::usesKeyFeatures(const Frame& frame, std::size_t first) const {
+  return std::any_of(configuration_.stages.begin() + static_cast<std::ptrdiff_t>(first),
+                     configuration_.stages.end(),
                      [&frame](const ConfiguredStage& configured) {
                        return configured.enabled && configured.stage->usesKeyFeatures(frame);
                      });

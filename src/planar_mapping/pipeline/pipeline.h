@@ -93,7 +93,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void runMotion(Frame& frame);
   void runMapping(Frame& frame);
   void runStage(std::size_t index, Frame& frame);
-  bool usesKeyFeatures(const Frame& frame) const;
+  bool usesKeyFeatures(const Frame& frame, std::size_t first) const;
   std::optional<double> givenResolution() const;
   CloudScale knownScale(const Frame& frame) const;
   void beginMap(const Frame& frame, CloudScale scale);

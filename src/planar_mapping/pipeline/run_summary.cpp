@@ -3,6 +3,7 @@
 #include "planar_mapping/pipeline/run_summary.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -30,7 +31,8 @@ std::string command(const Configuration& configuration, const std::string& stage
     if (const auto* number = std::get_if<double>(&value))
       return start + rounded(factor * *number, 3);
     if (const auto* number = std::get_if<std::int64_t>(&value))
-      return start + rounded(std::max(1.0, factor * static_cast<double>(*number)), 0);
+      return start + std::to_string(std::max(std::int64_t{1}, static_cast<std::int64_t>(std::round(
+                                        factor * static_cast<double>(*number)))));
   }
   return "--set " + stage + ".enabled=false";
 }

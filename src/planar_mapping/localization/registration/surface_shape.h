@@ -30,7 +30,7 @@ struct CloudShape {
   std::vector<Surfel> edges;
 };
 
-/// \param cell  side of the fine cells; the coarse ones are twice as large
+/// The shape of a cloud; the coarse cells are twice as large as the fine ones.
 CloudShape shapeOf(const PointsView& cloud, const SurfaceMapParams& params);
 
 /// Points of an organized cloud where a surface ends in front of something farther away: the edges

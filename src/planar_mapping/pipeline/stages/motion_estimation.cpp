@@ -147,6 +147,7 @@ FrameMotion MotionEstimationStage::motionTo(const Pose& T_world_sensor,
 
 void MotionEstimationStage::takeGiven(Frame& frame) {
   frame.T_world_sensor = *frame.given_pose;
+  frame.pose_taken = true;
   if (locator_->lastPose())
     frame.motion =
         motionTo(frame.T_world_sensor,
