@@ -95,6 +95,10 @@ INSTANTIATE_TEST_SUITE_P(Rooms, RealPlans,
                          testing::Values(Room{"rgbd_tum_cabinet", "rgbd_indoor.yaml"},
                                          Room{"rgbd_tartanair_corridor", "rgbd_indoor.yaml"},
                                          Room{"rgbd_icl_livingroom", "rgbd_indoor.yaml"},
+                                         Room{"rgbd_icl_five", "rgbd_indoor.yaml"},
+                                         Room{"rgbd_replica_office", "rgbd_indoor.yaml"},
+                                         Room{"rgbd_redkitchen", "rgbd_indoor.yaml"},
+                                         Room{"clouds_balm_hall", "pcd_sequence.yaml"},
                                          Room{"stereo_euroc_room", "stereo_indoor.yaml"}),
                          [](const auto& info) { return std::string(info.param.name); });
 

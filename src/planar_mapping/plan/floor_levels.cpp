@@ -28,9 +28,20 @@ int FreeColumns::stepAbove(double height) const {
 }
 
 void FreeColumns::mark(std::size_t cell, double from, double to) {
-  const int last = stepAbove(to);
+  mark(cell, stepsOf(from, to));
+}
+
+void FreeColumns::mark(std::size_t cell, const Steps& steps) {
   std::uint64_t* const column = bits_.data() + words_ * cell;
-  for (int i = stepAbove(from); i < last; ++i) column[i / 64] |= std::uint64_t{1} << (i % 64);
+  for (int word = steps.first / 64; 64 * word < steps.last; ++word)
+    column[word] |= maskOf(word, steps);
+}
+
+std::uint64_t FreeColumns::maskOf(int word, const Steps& steps) {
+  const int low = std::max(steps.first - 64 * word, 0);
+  const int high = std::min(steps.last - 64 * word, 64);
+  if (low >= high) return 0;
+  return (~std::uint64_t{0} >> (64 - (high - low))) << low;
 }
 
 void FreeColumns::invert() {
@@ -38,13 +49,12 @@ void FreeColumns::invert() {
 }
 
 FreeColumns::Count FreeColumns::count(std::size_t cell, double from, double to) const {
+  const Steps steps = stepsOf(from, to);
   Count count;
-  const int last = stepAbove(to);
+  count.all = std::max(steps.last - steps.first, 0);
   const std::uint64_t* const column = bits_.data() + words_ * cell;
-  for (int i = stepAbove(from); i < last; ++i) {
-    ++count.all;
-    count.free += int(column[i / 64] >> (i % 64) & 1U);
-  }
+  for (int word = steps.first / 64; 64 * word < steps.last; ++word)
+    count.free += __builtin_popcountll(column[word] & maskOf(word, steps));
   return count;
 }
 

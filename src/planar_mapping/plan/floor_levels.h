@@ -85,7 +85,13 @@ struct Interval {
 class FreeColumns {
  public:
   FreeColumns(const PlanRaster& raster, double low, double high, double step);
+  /// [first, last), those with their middles between two heights.
+  struct Steps {
+    int first, last;
+  };
+  Steps stepsOf(double from, double to) const { return {stepAbove(from), stepAbove(to)}; }
   void mark(std::size_t cell, double from, double to);
+  void mark(std::size_t cell, const Steps& steps);
   void invert();
   /// Of the steps with their middles between two heights: how many there are, and are free.
   struct Count {
@@ -96,6 +102,7 @@ class FreeColumns {
  private:
   /// First step with its middle above a height, within the column.
   int stepAbove(double height) const;
+  static std::uint64_t maskOf(int word, const Steps& steps);
 
   double low_, step_;
   int steps_;

@@ -437,6 +437,17 @@ void PlanBuilder::lookAbove() {
   for (const Cuboid& cuboid : space_) {
     const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
     const Vector3 half = planar_mapping::reach(cuboid);
+    if (to_local.diagonal().minCoeff() > 1.0 - 1e-12) {  // most are along the axes
+      const FreeColumns::Steps steps =
+          free_->stepsOf(cuboid.center.z() - half.z(), cuboid.center.z() + half.z());
+      const Vector2 inside = half.head<2>().array() + 1e-9;
+      raster_.around(cuboid.center.head<2>(), half.head<2>(), [&](int x, int y) {
+        const Vector2 off = raster_.middleOf(x, y) - cuboid.center.head<2>();
+        if (std::abs(off.x()) <= inside.x() && std::abs(off.y()) <= inside.y())
+          free_->mark(raster_.at(x, y), steps);
+      });
+      continue;
+    }
     raster_.around(cuboid.center.head<2>(), half.head<2>(), [&](int x, int y) {
       double from = 0.0, to = 0.0;
       if (spanOf(cuboid, to_local, raster_.middleOf(x, y), 0.0, from, to))
