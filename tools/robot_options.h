@@ -27,6 +27,7 @@ inline void addRobotOptions(CLI::App& command, RobotModel& robot) {
           "--max-slope",
           [&robot](double degrees) { robot.max_slope = degrees * kRadiansPerDegree; },
           "plans: slope that it climbs, degrees (0 to 60)")
+      ->check(CLI::Range(0.0, 60.0))
       ->default_str("15");
   command.add_option_function<double>(
       "--camera-height", [&robot](double metres) { robot.camera_height = metres; },

@@ -77,8 +77,8 @@ std::vector<Plan> PlanBuilder::plans() {
   addGround();
   sortLevels();
   markParts();
-  addPath();
   stackObstacles();
+  addPath();
   lookAbove();
   reach();
   findEdges();
@@ -337,12 +337,25 @@ void PlanBuilder::addDisc(const Vector2& place, const Vector2& next, const Floor
   const Vector2 along = next - place;
   const double length = along.norm();
   const Vector2 reach = 0.5 * along.cwiseAbs() + Vector2::Constant(robot_.radius);
+  const auto distance = [&](const Vector2& off) {
+    const double t = length > 0.0 ? std::clamp(off.dot(along) / (length * length), 0.0, 1.0) : 0.0;
+    return (off - t * along).norm();
+  };
+  const auto heightAt = [&](const Vector2& off) {
+    return floor.height + float(floor.slope_x * off.x() + floor.slope_y * off.y());
+  };
+  // A robot that is wider than the way was there with less than its radius.
+  double radius = robot_.radius;
   raster_.around(0.5 * (place + next), reach, [&](int x, int y) {
     const Vector2 off = raster_.middleOf(x, y) - place;
-    const double t = length > 0.0 ? std::clamp(off.dot(along) / (length * length), 0.0, 1.0) : 0.0;
-    if ((off - t * along).norm() > robot_.radius) return;
+    const double away = distance(off);
+    if (away < radius && isBlocked(raster_.at(x, y), heightAt(off))) radius = away;
+  });
+  raster_.around(0.5 * (place + next), reach, [&](int x, int y) {
+    const Vector2 off = raster_.middleOf(x, y) - place;
+    if (distance(off) > radius) return;
     FloorLevel level = floor;
-    level.height += float(floor.slope_x * off.x() + floor.slope_y * off.y());
+    level.height = heightAt(off);
     level.kind = FloorLevel::Kind::Path;
     const std::size_t cell = raster_.at(x, y);
     const auto there = levelNear(cell, level.height, robot_.max_step);
@@ -662,7 +675,7 @@ std::string PlanBuilder::noteOf(const Plan& plan, const std::vector<std::uint32_
     note += 2 * unseen > levels.size() ? ": a lower --robot-height or frames that look higher help"
                                        : "";
   }
-  if (floors_.empty() && !levels.empty())
+  if (floors_.empty() && levels_.size() > 0)
     note += "; where floors were measured is not known, as in finished maps: plan before finishing";
   if (!ground_.empty())
     note += "; removed ground is free only below the path: keep the ground for a plan";

@@ -53,6 +53,18 @@ TEST(Plan, PlacesOfThePathAreFreeWhereTheFloorWasNotSeen) {
   EXPECT_FALSE(world.plan().isStandable(0.55, 1.05)) << "no sensor is as high";
 }
 
+TEST(Plan, ATooWideRobotStoodNoFartherThanTheNearestObstacle) {
+  World world;
+  world.floor({2, 0, -0.1}, {5, 2, 0});
+  world.occupied.push_back(between({0, 1.5, 0}, {2, 1.6, 1}, -1, CellState::Occupied));
+  world.path = {{1.05, 1.05, 0.5}};
+  RobotModel robot;
+  robot.radius = 1.0;
+  const Plan plan = world.plan(robot);
+  EXPECT_TRUE(plan.isStandable(1.05, 1.05) && plan.isStandable(1.05, 0.75));
+  EXPECT_FALSE(plan.isStandable(1.05, 0.25) || plan.isStandable(1.05, 1.95));
+}
+
 TEST(Plan, StoreysHavePlansOfTheirOwn) {
   World world;
   world.floor({0, 0, -0.1}, {4, 4, 0}).floor({0, 0, 2.9}, {4, 4, 3.0});
@@ -76,6 +88,11 @@ TEST(Plan, WithoutFloorOrHeadroomNothingIsFree) {
   EXPECT_EQ(low.plan().freeFraction(), 0.0);
   EXPECT_NE(low.plan().note.find("--robot-height"), std::string::npos) << low.plan().note;
   EXPECT_EQ(plansOf(PlanSource(), RobotModel()).at(0).freeFraction(), 0.0);
+  World finished;
+  finished.floor({0, 0, -0.1}, {3, 3, 0});
+  finished.floors.clear();
+  EXPECT_EQ(finished.plan().freeFraction(), 0.0);
+  EXPECT_NE(finished.plan().note.find("before finishing"), std::string::npos);
   RobotModel robot;
   robot.height = NAN;
   EXPECT_THROW(low.plan(robot), ParameterError);
