@@ -90,6 +90,15 @@ std::size_t pointsLeft(const Frame& frame) {
   return frame.indices.size() + frame.ground.size();
 }
 
+/// How many features a frame has, and how many of them were seen before.
+void countFeatures(const std::vector<KeyFeature>& all, std::size_t& features,
+                   std::size_t& matches) {
+  if (all.empty()) return;
+  features = all.size();
+  matches = static_cast<std::size_t>(std::count_if(
+      all.begin(), all.end(), [](const KeyFeature& one) { return one.sightings > 1; }));
+}
+
 }  // namespace
 
 Pipeline::Pipeline(Configuration configuration)
@@ -166,6 +175,7 @@ void Pipeline::runMotion(Frame& frame) {
     const ConfiguredStage& stage = configuration_.stages[i];
     if (stage.kind == StageKind::Points && stage.enabled) hideRemovedPoints(frame);
   }
+  countFeatures(frame.key_features, frame.features, frame.matches);
   if (frame.pose_taken && !usesKeyFeatures(frame, sensing_size_)) frame.key_features.clear();
 }
 
@@ -213,8 +223,7 @@ bool Pipeline::hasStage(StageKind kind) const {
 /// Whether a stage from \p first on does.
 bool Pipeline::usesKeyFeatures(const Frame& frame, std::size_t first) const {
   return std::any_of(configuration_.stages.begin() + static_cast<std::ptrdiff_t>(first),
-                     configuration_.stages.end(),
-                     [&frame](const ConfiguredStage& configured) {
+                     configuration_.stages.end(), [&frame](const ConfiguredStage& configured) {
                        return configured.enabled && configured.stage->usesKeyFeatures(frame);
                      });
 }
@@ -347,13 +356,8 @@ FrameReport Pipeline::report(const Frame& frame) {
   report.points_beyond = frame.update.points_beyond;
   report.features = frame.features;
   report.matches = frame.matches;
+  countFeatures(frame.key_features, report.features, report.matches);
   report.inliers = frame.inliers;
-  if (!frame.key_features.empty()) {
-    const auto was_seen = [](const KeyFeature& feature) { return feature.sightings > 1; };
-    report.features = frame.key_features.size();
-    report.matches = static_cast<std::size_t>(
-        std::count_if(frame.key_features.begin(), frame.key_features.end(), was_seen));
-  }
   report.planes = frame.planes.size();
   report.planes_new = frame.update.planes_new;
   report.planes_matched = frame.update.planes_matched;

@@ -53,6 +53,7 @@ constexpr double kBehindErrors = 2.0;
 /// A cell that got no point of the frame, as planes and non-planar cells see it.
 struct UnseenCell {
   Vector3 centre;         ///< in the camera's frame
+  Vector3 normal;         ///< of its surface; towards the camera for a cell without one
   double facing = 1.0;    ///< cosine between its surface and the ray; 1 for a cell without one
   double errors = 0.0;    ///< so many depth errors behind what is measured it is still looked at
   bool is_proven = true;  ///< one look that does not confirm it is not enough to lose it
@@ -88,9 +89,15 @@ class MissTest {
   int looksThrough(const UnseenCell& cell) const {
     if (!image_.isResponsible(cell.centre)) return kNotPassed;
     int looks = kNotPassed;
-    const DepthImage::Look all = image_.look(cell.centre, half_, true);
-    if (all.inside && all.far <= max_range_ && isPassed(cell, all, all.far + margin_)) {
-      looks = image_.isSparse() ? passedByRays(cell, all) : passedByPixels(cell);
+    // Of what the edge of the image cuts, the part that is seen; that of a cell with its middle.
+    const bool is_seen =
+        image_.isSparse() || image_.look(cell.centre, Vector3::Zero(), true).inside;
+    const DepthImage::Look all = image_.look(cell.centre, half_, image_.isSparse());
+    if ((all.inside || !image_.isSparse()) && is_seen && all.far <= max_range_) {
+      if (isPassed(cell, all, all.far + margin_))
+        looks = image_.isSparse() ? passedByRays(cell, all) : passedByPixels(cell);
+      else if (!image_.isSparse() && isCrossed(cell))
+        looks = kWholeLook;
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (looks > 0 || !noise_ || !isMissingWhereMeasured(cell)) return looks;
@@ -110,6 +117,15 @@ class MissTest {
     if (!image_.isSparse()) return false;
     const DepthImage::Sides sides = image_.sidesOf(cell.centre, half_, all.near - margin_, depth);
     return sides.at == 0 && sides.before <= kStray * sides.beyond;
+  }
+  /// Do most rays that cross the cell end behind it, though others that pass below it end on a
+  /// floor nearer than its far side?
+  bool isCrossed(const UnseenCell& cell) const {
+    const double radius = 0.5 * resolution_;
+    const double behind = (radius + margin_) / std::abs(cell.facing);
+    const DepthImage::Crossing rays = image_.crossingOf(cell.centre, cell.normal, radius, behind);
+    return noise_ ? rays.rays > 0 && rays.beyond >= kSeenThroughNoise * rays.rays
+                  : 2 * rays.beyond > rays.rays;
   }
   /// Is enough measured over a cell that all which is measured over it lies beyond? Thirds of
   /// looks.
@@ -253,7 +269,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
           origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
       // A surface seen from behind cannot be seen at all.
       const double facing = -normal.dot(centre) / centre.norm();
-      own.through[at] = test.looksThrough({centre, facing});
+      own.through[at] = test.looksThrough({centre, normal, facing});
     }
     if (own.through != TileLooks().through) looks[packKey(ta, tb)] = own;
   };
@@ -322,8 +338,9 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
         const bool is_proven =
             !is_fragile || block.belief(static_cast<std::size_t>(bit)) > unproven;
+        const Vector3 seen_at = test.image().toCamera(centre);
         const int looks =
-            test.looksThrough({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven});
+            test.looksThrough({seen_at, seen_at.normalized(), 1.0, kBehindErrors, is_proven});
         if (looks <= 0) continue;
         changed = true;
         if (seen == nullptr) seen = &frame.cell_hits[key];

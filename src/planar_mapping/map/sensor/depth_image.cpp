@@ -256,6 +256,31 @@ DepthImage::Sides DepthImage::sidesOf(const Vector3& centre, const Vector3& half
   return sides;
 }
 
+DepthImage::Crossing DepthImage::crossingOf(const Vector3& centre, const Vector3& normal,
+                                            double radius, double behind) const {
+  Crossing crossing;
+  const std::optional<TileRange> range = tilesOf(centre, Vector3(radius, radius, 0.0));
+  if (!range) return crossing;
+  const Level& level = levels_.front();
+  const double middle = 0.5 * ((1 << shift_) - 1);
+  const double distance = normal.dot(centre);
+  const bool is_small = radius * camera_.fx < centre.z() * (1 << shift_);
+  for (std::size_t row = range->top; row <= range->bottom; ++row) {
+    for (std::size_t column = range->left; column <= range->right; ++column) {
+      const Vector3 ray = camera_.rayOf(static_cast<double>(column << shift_) + middle,
+                                        static_cast<double>(row << shift_) + middle);
+      const double along = normal.dot(ray);
+      const double depth = along != 0.0 ? distance / along : 0.0;
+      if (!is_small && !((depth * ray - centre).squaredNorm() <= radius * radius)) continue;
+      const float nearest =
+          level.tiles[row * static_cast<std::size_t>(level.width) + column][kNearest];
+      ++crossing.rays;
+      if (nearest > depth + behind && std::isfinite(nearest)) ++crossing.beyond;
+    }
+  }
+  return crossing;
+}
+
 bool DepthImage::isPassedWithin(const Vector3& centre, double reach) const {
   return !rays_.empty() && anyMeasured(centre, {reach, reach, 0.0}, [&](std::size_t i) {
     const Vector2 off = centre.z() * rays_[i].cast<double>() - centre.head<2>();

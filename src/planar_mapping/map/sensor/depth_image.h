@@ -96,6 +96,16 @@ class DepthImage {
     int at = 0;
   };
   Sides sidesOf(const Vector3& centre, const Vector3& half, double near, double far) const;
+  /// The rays of the lowest tiles that cross a disc, and those of them that are measured to end
+  /// beyond it. What the image cuts off has none.
+  struct Crossing {
+    int rays = 0;
+    int beyond = 0;
+  };
+  /// \param normal  of the disc, camera frame
+  /// \param behind  metres along the optical axis from the disc on that are not beyond it
+  Crossing crossingOf(const Vector3& centre, const Vector3& normal, double radius,
+                      double behind) const;
   /// Of a sparse image: does a ray pass within \p reach of a place, along the image's axes?
   bool isPassedWithin(const Vector3& centre, double reach) const;
   /// Pixels that a square of the given side covers, facing the camera at this depth.

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "map_scene.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 #include "ring_scan.h"
@@ -251,6 +252,53 @@ TEST(Misses, AFaceThatACarLeavesIsLostAsAWhole) {
   const int free = approach({-0.5, 0.9}, {6, 2, true}, hit).second;
   EXPECT_EQ(hit, 40);
   EXPECT_GE(free, 38);
+}
+
+/// A person crosses before a camera that stands still. What is seen through afterwards goes, also
+/// where the edge of the image cuts it and next to the floor; what stands in the room stays.
+TEST(Misses, APersonWhoCrossedLeavesNothing) {
+  for (const double pitch : {0.0, 0.2, 0.35}) {
+    const test::Scene empty;
+    const Pose pose = test::lookFrom({0.0, -0.8, 1.0}, 0.0, pitch);
+    const auto addPerson = [](test::Scene& scene, double x) {
+      scene.boxes.push_back({{x - 0.2, 1.2, 0.8}, {x + 0.2, 1.45, 1.75}, false, false});
+      scene.boxes.push_back({{x - 0.18, 1.2, 0.0}, {x - 0.04, 1.4, 0.8}, false, false});
+      scene.boxes.push_back({{x + 0.04, 1.25, 0.0}, {x + 0.18, 1.45, 0.8}, false, false});
+    };
+    PlanarMap map;
+    constexpr int kCrossing = 20, kAfterwards = 40;
+    for (int i = 0; i < kCrossing + kAfterwards; ++i) {
+      test::Scene scene;
+      if (i < kCrossing) addPerson(scene, -1.8 + 3.6 * i / (kCrossing - 1));
+      map.insert(test::look(scene, pose, i).frame());
+    }
+    constexpr double kCell = 22.0;  // pixels of a cell's diagonal
+    int places = 0, left = 0;
+    for (double x = -1.75; x < 1.76; x += 0.1) {
+      for (double y = 1.15; y < 1.5; y += 0.1) {
+        for (double z = 0.12; z < 1.8; z += 0.1) {
+          const Vector3 p = pose.inverse() * Vector3(x, y, z);
+          const Vector2 pixel = empty.camera.project(p);
+          // Cells at the very edge have their middle outside.
+          const Vector2 edge(kCell, kCell);
+          const Vector2 size(empty.camera.width, empty.camera.height);
+          if ((pixel.array() < edge.array()).any() || (pixel.array() > (size - edge).array()).any())
+            continue;
+          ++places;
+          left += map.stateAt({x, y, z}) == CellState::Occupied ? 1 : 0;
+        }
+      }
+    }
+    EXPECT_GT(places, 500);
+    EXPECT_EQ(0, left) << "pitch " << pitch;
+    const test::View view = test::look(empty, pose);
+    std::size_t lost = 0;
+    for (std::size_t k = 0; k < view.xyz.size(); k += 3) {
+      const Vector3 point = pose * Vector3(view.xyz[k], view.xyz[k + 1], view.xyz[k + 2]);
+      lost += map.cuboidsAt(point, 0.05).empty() ? 1 : 0;
+    }
+    EXPECT_LT(lost, view.xyz.size() / 3 / 500) << "pitch " << pitch;
+  }
 }
 
 }  // namespace
