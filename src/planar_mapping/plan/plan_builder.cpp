@@ -126,7 +126,7 @@ void PlanBuilder::forNeighbours(std::size_t cell, int reach, const Visit& visit)
   for (int dy = -reach; dy <= reach; ++dy) {
     for (int dx = -reach; dx <= reach; ++dx) {
       if ((dx == 0 && dy == 0) || !raster_.has(x + dx, y + dy)) continue;
-      visit(raster_.at(x + dx, y + dy), std::hypot(dx, dy));
+      visit(raster_.at(x + dx, y + dy), std::sqrt(double(dx * dx + dy * dy)));
     }
   }
 }
@@ -237,21 +237,25 @@ void PlanBuilder::addGround() {
 }
 
 void PlanBuilder::sortLevels() {
-  std::sort(found_.begin(), found_.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first                   ? a.first < b.first
-           : a.second.height != b.second.height ? a.second.height > b.second.height
-                                                : a.second.kind > b.second.kind;
-  });
+  levels_.build(raster_.count(), found_);
   CellLists<FloorLevel>::Found kept;
-  for (const auto& [cell, level] : found_) {
-    if (!kept.empty() && kept.back().first == cell &&
-        kept.back().second.height - level.height <= robot_.max_step) {
+  kept.reserve(found_.size());
+  for (std::size_t cell = 0; cell < raster_.count(); ++cell) {
+    const std::uint32_t begin = levels_.begin(cell), end = levels_.end(cell);
+    if (begin == end) continue;
+    std::sort(&levels_[begin], &levels_[begin] + (end - begin), [](const auto& a, const auto& b) {
+      return a.height != b.height ? a.height > b.height : a.kind > b.kind;
+    });
+    kept.emplace_back(std::uint32_t(cell), levels_[begin]);
+    for (std::uint32_t i = begin + 1; i < end; ++i) {
+      const FloorLevel& level = levels_[i];
       FloorLevel& above = kept.back().second;
-      // What was measured says where the floor is; what lies on it is no obstacle.
-      if (level.kind > above.kind) above = level;
-      continue;
+      if (above.height - level.height > robot_.max_step) {
+        kept.emplace_back(std::uint32_t(cell), level);
+      } else if (level.kind > above.kind) {
+        above = level;  // what was measured says where the floor is; what lies on it is no obstacle
+      }
     }
-    kept.emplace_back(cell, level);
   }
   found_ = std::move(kept);
   levels_.build(raster_.count(), found_);
@@ -519,6 +523,7 @@ bool PlanBuilder::isHollow(std::size_t cell, double floor) const {
 
 void PlanBuilder::findEdges() {
   const int reach = std::max(1, int(std::lround(resolution_ / raster_.cell)));
+  const double steepest = std::tan(robot_.max_slope);
   for (std::uint32_t i = 0; i < levels_.size(); ++i) {
     if (!states_[i].is_reached || states_[i].is_blocked) continue;
     const double height = levels_[i].height;
@@ -532,8 +537,7 @@ void PlanBuilder::findEdges() {
     if (levels_[i].kind != FloorLevel::Kind::Path && isHollow(cell_of_[i], height))
       states_[i].is_edge = true;
     forNeighbours(cell_of_[i], reach, [&](std::size_t cell, double distance) {
-      const double tolerance =
-          std::max(robot_.max_step, distance * raster_.cell * std::tan(robot_.max_slope));
+      const double tolerance = std::max(robot_.max_step, distance * raster_.cell * steepest);
       if (isBlocked(cell, height)) return;
       const auto next = levelNear(cell, height, tolerance);
       if (next && levels_[*next].kind != FloorLevel::Kind::Guessed) {
