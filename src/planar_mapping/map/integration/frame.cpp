@@ -87,6 +87,17 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
   return moments;
 }
 
+/// A plane of its inliers passes them within their spread. Sums over coordinates beyond all reason
+/// cancel to anything: those are not judged.
+void requireNearInliers(const Plane& plane, const PlaneMoments& inliers) {
+  constexpr double kNoise = 1.0;  // metres: more than a far sensor has
+  if (!(inliers.weight() > 0.0)) return;
+  const double spread = std::sqrt(inliers.scatter().trace() / inliers.weight());
+  const double rounding = 1e-3 * inliers.mean().norm();
+  if (std::abs(plane.signedDistance(inliers.mean())) > spread + kNoise + rounding)
+    throw InputError("a plane of the frame is farther from its inliers than they spread");
+}
+
 void requireAssumed(const FrameObservation& observation) {
   const AssumedPoints& assumed = *observation.assumed;
   const std::size_t planes = observation.planes == nullptr ? 0 : observation.planes->size();
@@ -207,6 +218,7 @@ Frame makeFrame(const FrameObservation& observation) {
       frame.moments.push_back(
           (segment.moments.weight() >= 3.0 ? segment.moments : momentsOf(points, inliers))
               .transformed(T_world_sensor));
+      requireNearInliers(frame.planes.back(), frame.moments.back());
     }
   }
   frame.non_planar = positionsOf(unclaimed);

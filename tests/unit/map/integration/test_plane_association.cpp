@@ -9,6 +9,7 @@
 
 #include "map_scene.h"
 #include "map_walk.h"
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/map/planar_map.h"
 
@@ -57,6 +58,22 @@ TEST(PlaneAssociation, RefitsFromMomentsAndNotFromPoints) {
   double kept = 0.0;
   for (const MapPlane& plane : map.planes()) kept += plane.moments.weight();
   EXPECT_NEAR(kept, weight, 1e-3 * weight);  // kept to ten bits
+}
+
+TEST(PlaneAssociation, RefusesAPlaneFarFromItsInliers) {
+  std::vector<float> xyz;
+  std::vector<PlaneSegment> planes(1);
+  for (float x = 0.0f; x < 1.0f; x += 0.1f)
+    for (float y = 0.0f; y < 1.0f; y += 0.1f) addPoint({x, y, 3.0}, planes[0], xyz);
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), xyz.size() / 3);
+  frame.planes = &planes;
+  PlanarMap map(paramsAt(0.1));
+  planes[0].plane = {-Vector3::UnitZ(), 3.0 + 1e6};
+  EXPECT_THROW(map.insert(frame), InputError);
+  EXPECT_EQ(0u, map.frames());
+  planes[0].plane = {-Vector3::UnitZ(), 3.0};
+  EXPECT_NO_THROW(map.insert(frame));
 }
 
 TEST(PlaneAssociation, MergesPlanesThatTurnOutToBeOne) {
