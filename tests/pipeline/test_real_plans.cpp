@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Rooms, RealPlans,
                                          Room{"rgbd_redkitchen", "rgbd_indoor.yaml"},
                                          Room{"clouds_balm_hall", "pcd_sequence.yaml"},
                                          Room{"stereo_euroc_room", "stereo_indoor.yaml"}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& room) { return std::string(room.param.name); });
 
 }  // namespace
 }  // namespace planar_mapping

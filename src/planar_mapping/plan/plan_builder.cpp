@@ -474,12 +474,12 @@ void PlanBuilder::lookAbove() {
   if (unseen_ == Unseen::Free) free_->invert();
   for (std::uint32_t i = 0; i < levels_.size(); ++i) {
     const FloorLevel& level = levels_[i];
-    const double low = level.height + robot_.max_step;
-    const double high = std::max(level.height + robot_.height, low + resolution_);
+    const double from = level.height + robot_.max_step;
+    const double to = std::max(level.height + robot_.height, from + resolution_);
     // The first and the last step of the column are cut by what stands below and above.
-    const FreeColumns::Count all = free_->count(cell_of_[i], low, high);
+    const FreeColumns::Count all = free_->count(cell_of_[i], from, to);
     const FreeColumns::Count inner =
-        free_->count(cell_of_[i], low + resolution_, high - resolution_);
+        free_->count(cell_of_[i], from + resolution_, to - resolution_);
     states_[i].is_blocked = isBlocked(cell_of_[i], level.height);
     states_[i].is_seen = level.kind == FloorLevel::Kind::Path ||
                          (inner.free == inner.all && 2 * all.free >= all.all);
