@@ -59,8 +59,7 @@ visualization_msgs::MarkerArray markersOf(const std::vector<Cuboid>& cuboids,
   return array;
 }
 
-nav_msgs::OccupancyGrid messageOf(const planar_mapping::Plan& grid,
-                                  const std::string& frame_id) {
+nav_msgs::OccupancyGrid messageOf(const planar_mapping::Plan& grid, const std::string& frame_id) {
   nav_msgs::OccupancyGrid message;
   message.header.frame_id = frame_id;
   message.header.stamp = ros::Time::now();

@@ -98,8 +98,7 @@ int main(int argc, char** argv) {
     const auto grid = node->create_publisher<nav_msgs::msg::OccupancyGrid>("~/grid", latched);
     cuboids->publish(markersOf(map.cuboids(), frame_id, node->now()));
     unknown->publish(markersOf(map.unknownCuboids(), frame_id, node->now()));
-    grid->publish(
-        messageOf(planar_mapping::plansOf(map, robot).front(), frame_id, node->now()));
+    grid->publish(messageOf(planar_mapping::plansOf(map, robot).front(), frame_id, node->now()));
     rclcpp::spin(node);
   } catch (const planar_mapping::Error& error) {
     RCLCPP_FATAL(node->get_logger(), "%s", error.what());

@@ -42,7 +42,8 @@ struct ExportFormat {
 PLANAR_MAPPING_EXPORT std::vector<ExportFormat> exportFormats();
 
 /// The files that exportMap() writes for this path, the one that is asked for first.
-/// \param storeys  of plans: where there are several they follow as NAME_0, NAME_1 ..., the lowest first;
+/// \param storeys  of plans: where there are several they follow as NAME_0, NAME_1 ..., the lowest
+/// first;
 ///        NAME is the one on which the path ends
 /// \throws ParameterError if there is no such format
 PLANAR_MAPPING_EXPORT std::vector<std::string> exportedFiles(const std::string& path,
