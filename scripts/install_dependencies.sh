@@ -19,7 +19,7 @@ packages=(
 test_packages=(
   clang-format clang-tidy xvfb xauth doxygen librapidcheck-dev
   python3-zstandard python3-pytest python3-matplotlib
-  libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d  # readers of exports
+  libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d python3-ezdxf librsvg2-bin  # readers of exports
   libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev                               # examples/ros1
 )
 case ${1:-} in

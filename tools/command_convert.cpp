@@ -11,6 +11,7 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
+#include "robot_options.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -18,7 +19,6 @@ namespace {
 struct ConvertArguments {
   std::string map;
   std::string output;
-  std::string band;
   bool finished = false;
   bool surface = false;
   bool force = false;
@@ -38,8 +38,16 @@ std::string formatTable() {
 /// Says which options are of other formats.
 void noteUnusedOptions(const CLI::App& command, const std::string& extension) {
   const std::pair<const char*, std::string> kFormats[] = {
-      {"--cell", ".bt .ot .pgm"}, {"--band", ".pgm"},    {"--ground", ".pgm"},
-      {"--surface", ".pcd"},      {"--spacing", ".pcd"}, {"--frame-id", ".json .csv .urdf .pgm"}};
+      {"--cell", ".bt .ot .pgm .svg .dxf"},
+      {"--robot-height", ".pgm .svg .dxf"},
+      {"--robot-radius", ".pgm .svg .dxf"},
+      {"--max-step", ".pgm .svg .dxf"},
+      {"--max-slope", ".pgm .svg .dxf"},
+      {"--camera-height", ".pgm .svg .dxf"},
+      {"--distance", ".pgm"},
+      {"--surface", ".pcd"},
+      {"--spacing", ".pcd"},
+      {"--frame-id", ".json .csv .urdf .pgm .svg"}};
   for (const auto& [option, formats] : kFormats) {
     if (command.count(option) > 0 && (formats + " ").find(extension + " ") == std::string::npos)
       std::cerr << "planar_map: " << option << " is ignored: it is for " << formats << '\n';
@@ -49,19 +57,17 @@ void noteUnusedOptions(const CLI::App& command, const std::string& extension) {
 void convert(ConvertArguments arguments) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error like a full disk
   io::ExportOptions& options = arguments.options;
-  if (!arguments.band.empty()) {
-    const auto [low, high] = numbersOf<2>("--band", arguments.band);
-    options.band.low = low;
-    options.band.high = high;
-  }
   if (arguments.surface) options.points = io::ExportedPoints::Surface;
   if (arguments.force) options.overwrite = io::Overwrite::Allow;
   try {
-    for (const std::string& file : io::exportedFiles(arguments.output))
+    for (const std::string& file : io::exportedFiles(arguments.output, options.distance))
       requireNew(file, arguments.force);
     PlanarMap map = io::loadMap(arguments.map);
     if (arguments.finished) map = map.finished();
-    writeResults([&]() { io::exportMap(map, arguments.output, options); });
+    writeResults([&]() {
+      for (const std::string& note : io::exportMap(map, arguments.output, options))
+        std::cerr << "planar_map: " << note << '\n';
+    });
     if (const Vector3& origin = map.params().origin; !origin.isZero(0.0))
       std::cerr << "planar_map: coordinates in " << arguments.output
                 << " are those of the map; add (" << std::setprecision(15) << origin.x() << ", "
@@ -88,16 +94,12 @@ void addConvertCommand(CLI::App& app, int&) {
   command->add_flag("--finished", arguments->finished,
                     "Leave out what only further frames need (pmap: far fewer bytes)");
   command
-      ->add_option("--cell", options.cell, "bt, ot, pgm: side of a cell, m [the map's resolution]")
+      ->add_option("--cell", options.cell,
+                   "bt, ot, pgm, svg, dxf: side of a cell, m [the map's resolution]")
       ->check(numberIn(1e-4, 1e6));
-  command->add_option("--band", arguments->band,
-                      "pgm: heights over the ground that count, m: LOW,HIGH [0.15,1.8]");
-  command
-      ->add_option("--ground", options.band.ground,
-                   "pgm: height of the ground in the map, m [found]")
-      ->check([](const std::string& text) {
-        return std::string(text.find_first_of("nN") < text.size() ? "must be finite" : "");
-      });
+  addRobotOptions(*command, options.robot);
+  command->add_flag("--distance", options.distance,
+                    "pgm: also the distance to the nearest obstacle, m, as NAME.npy");
   command->add_flag("--surface", arguments->surface,
                     "pcd: points on the faces instead of the centres of cuboids");
   command

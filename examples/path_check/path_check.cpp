@@ -130,7 +130,7 @@ class CuboidWorld {
 };
 
 /// Does a cell of the grid that the robot stands on say occupied?
-bool meets(const io::OccupancyGrid& grid, const Pose& robot) {
+bool meets(const Plan& grid, const Pose& robot) {
   const double step = 0.5 * grid.cell;
   for (double a = -0.5 * kRobot.x(); a <= 0.5 * kRobot.x(); a += step) {
     for (double b = -0.5 * kRobot.y(); b <= 0.5 * kRobot.y(); b += step) {
@@ -139,7 +139,7 @@ bool meets(const io::OccupancyGrid& grid, const Pose& robot) {
       const double y = std::floor((p.y() - grid.origin.y()) / grid.cell);
       if (x < 0.0 || y < 0.0 || x >= grid.width || y >= grid.height) continue;
       if (grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)) ==
-          io::OccupancyGrid::kOccupied) {
+          Plan::kOccupied) {
         return true;
       }
     }
@@ -188,8 +188,10 @@ int main(int argc, char** argv) {
   std::filesystem::remove(file);
   fcl::CollisionObjectd octree(
       std::make_shared<fcl::OcTreed>(std::shared_ptr<const octomap::OcTree>(tree)));
-  const io::OccupancyGrid grid =
-      io::occupancyGrid(map, 0.0, {kClearance, kRobot.z() + kClearance, 0.0});
+  RobotModel model;
+  model.height = kRobot.z() + kClearance;
+  model.max_step = kClearance;
+  const Plan grid = plansOf(map, model).front();
 
   fcl::CollisionObjectd robot(std::make_shared<fcl::Boxd>(kRobot));
   fcl::OBBd robot_box;

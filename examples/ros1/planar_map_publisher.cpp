@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/io/export/occupancy_grid.h"
 #include "planar_mapping/io/map_file.h"
+#include "planar_mapping/plan/plan.h"
 
 namespace {
 
@@ -59,8 +59,7 @@ visualization_msgs::MarkerArray markersOf(const std::vector<Cuboid>& cuboids,
   return array;
 }
 
-nav_msgs::OccupancyGrid messageOf(const planar_mapping::io::OccupancyGrid& grid,
-                                  const std::string& frame_id) {
+nav_msgs::OccupancyGrid messageOf(const planar_mapping::Plan& grid, const std::string& frame_id) {
   nav_msgs::OccupancyGrid message;
   message.header.frame_id = frame_id;
   message.header.stamp = ros::Time::now();
@@ -86,16 +85,16 @@ int main(int argc, char** argv) {
     const planar_mapping::PlanarMap map = planar_mapping::io::loadMap(argv[1]);
     ros::NodeHandle node("~");
     const auto frame_id = node.param<std::string>("frame_id", "map");
-    planar_mapping::io::GridBand band;
-    node.param("band_low", band.low, band.low);
-    node.param("band_high", band.high, band.high);
+    planar_mapping::RobotModel robot;
+    node.param("robot_height", robot.height, robot.height);
+    node.param("max_step", robot.max_step, robot.max_step);
     constexpr bool kLatched = true;
     auto cuboids = node.advertise<visualization_msgs::MarkerArray>("cuboids", 1, kLatched);
     auto unknown = node.advertise<visualization_msgs::MarkerArray>("unknown", 1, kLatched);
     auto grid = node.advertise<nav_msgs::OccupancyGrid>("grid", 1, kLatched);
     cuboids.publish(markersOf(map.cuboids(), frame_id));
     unknown.publish(markersOf(map.unknownCuboids(), frame_id));
-    grid.publish(messageOf(planar_mapping::io::occupancyGrid(map, 0.0, band), frame_id));
+    grid.publish(messageOf(planar_mapping::plansOf(map, robot).front(), frame_id));
     ros::spin();
   } catch (const planar_mapping::Error& error) {
     ROS_FATAL("%s", error.what());

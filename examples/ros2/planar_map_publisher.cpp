@@ -17,8 +17,8 @@
 #include <visualization_msgs/msg/marker_array.hpp>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/io/export/occupancy_grid.h"
 #include "planar_mapping/io/map_file.h"
+#include "planar_mapping/plan/plan.h"
 
 namespace {
 
@@ -61,7 +61,7 @@ visualization_msgs::msg::MarkerArray markersOf(const std::vector<Cuboid>& cuboid
   return array;
 }
 
-nav_msgs::msg::OccupancyGrid messageOf(const planar_mapping::io::OccupancyGrid& grid,
+nav_msgs::msg::OccupancyGrid messageOf(const planar_mapping::Plan& grid,
                                        const std::string& frame_id, const rclcpp::Time& now) {
   nav_msgs::msg::OccupancyGrid message;
   message.header.frame_id = frame_id;
@@ -86,9 +86,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   const auto frame_id = node->declare_parameter<std::string>("frame_id", "map");
-  planar_mapping::io::GridBand band;
-  band.low = node->declare_parameter<double>("band_low", band.low);
-  band.high = node->declare_parameter<double>("band_high", band.high);
+  planar_mapping::RobotModel robot;
+  robot.height = node->declare_parameter<double>("robot_height", robot.height);
+  robot.max_step = node->declare_parameter<double>("max_step", robot.max_step);
   try {
     const planar_mapping::PlanarMap map = planar_mapping::io::loadMap(arguments[1]);
     const auto latched = rclcpp::QoS(1).transient_local().reliable();
@@ -98,8 +98,7 @@ int main(int argc, char** argv) {
     const auto grid = node->create_publisher<nav_msgs::msg::OccupancyGrid>("~/grid", latched);
     cuboids->publish(markersOf(map.cuboids(), frame_id, node->now()));
     unknown->publish(markersOf(map.unknownCuboids(), frame_id, node->now()));
-    grid->publish(
-        messageOf(planar_mapping::io::occupancyGrid(map, 0.0, band), frame_id, node->now()));
+    grid->publish(messageOf(planar_mapping::plansOf(map, robot).front(), frame_id, node->now()));
     rclcpp::spin(node);
   } catch (const planar_mapping::Error& error) {
     RCLCPP_FATAL(node->get_logger(), "%s", error.what());

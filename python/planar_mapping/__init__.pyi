@@ -76,6 +76,43 @@ class Segmentation:
         """Indices of the points of a plane, ascending; rows of an organized cloud one after the other. Read only."""
     def __len__(self) -> int: ...
 
+class Robot:
+    """The robot that a plan is made for; metres, radians."""
+
+    height: float
+    radius: float
+    max_step: float
+    max_slope: float
+    camera_height: float
+    def __init__(
+        self,
+        *,
+        height: float = ...,
+        radius: float = ...,
+        max_step: float = ...,
+        max_slope: float = ...,
+        camera_height: float = ...,
+    ) -> None: ...
+
+class Plan:
+    """A storey from above: rows of cells, the row of smallest y first; 0 free, 100 occupied, -1 unknown."""
+
+    @property
+    def cell(self) -> float: ...
+    @property
+    def floor(self) -> float: ...
+    @property
+    def note(self) -> str: ...
+    @property
+    def origin(self) -> tuple[float, float]:
+        """The lower left corner of cell [0, 0]."""
+    @property
+    def values(self) -> npt.NDArray[np.int8]: ...
+    @property
+    def heights(self) -> npt.NDArray[np.float32]: ...
+    def distances(self) -> npt.NDArray[np.float32]: ...
+    def is_standable(self, x: float, y: float) -> bool: ...
+
 class PlanarMap:
     """A map of planar cuboids: what is occupied, free and unknown.
 
@@ -109,8 +146,8 @@ class PlanarMap:
         *,
         unknown: bool = False,
         cell: float = 0.0,
-        band: tuple[float, float] = (0.15, 1.8),
-        ground: Optional[float] = None,
+        robot: Robot = ...,
+        distance: bool = False,
         surface: bool = False,
         spacing: float = 0.0,
         frame_id: str = "map",
@@ -152,6 +189,9 @@ class PlanarMap:
         """Adds what another map knows; T = T_map_other."""
     def finished(self) -> PlanarMap:
         """The map without what only further frames need: the same answers, a fraction of the bytes."""
+    def plans(self, robot: Robot = ..., cell: float = 0.0) -> list[Plan]:
+        """The plans of all storeys, the lowest first."""
+    def plan(self, robot: Robot = ..., cell: float = 0.0, storey: int = 0) -> Plan: ...
     def cuboids(self) -> _Array:
         """Occupied cuboids: fields center (3), size (3, full lengths), orientation (quaternion x y z w: axes u, v, n to
         the world), plane_id (-1 = none), probability, state."""

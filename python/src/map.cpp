@@ -19,6 +19,7 @@
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"
+#include "planar_mapping/plan/plan.h"
 
 namespace planar_mapping::python {
 namespace {
@@ -77,15 +78,22 @@ io::Overwrite overwriteOf(bool allowed) {
   return allowed ? io::Overwrite::Allow : io::Overwrite::Refuse;
 }
 
+/// Rows of a plan, the row of smallest y first.
+template <typename Value>
+py::array_t<Value> gridOf(const Plan& plan, const std::vector<Value>& values) {
+  py::array_t<Value> grid({plan.height, plan.width});
+  std::copy(values.begin(), values.end(), grid.mutable_data());
+  return grid;
+}
+
 void exportTo(const SharedMap& self, const std::filesystem::path& path, bool unknown, double cell,
-              std::pair<double, double> band, std::optional<double> ground, bool surface,
-              double spacing, const std::string& frame_id, bool overwrite) {
+              const RobotModel& robot, bool distance, bool surface, double spacing,
+              const std::string& frame_id, bool overwrite) {
   io::ExportOptions options;
   options.unknown = unknown;
   options.cell = cell;
-  options.band.low = band.first;
-  options.band.high = band.second;
-  if (ground) options.band.ground = *ground;
+  options.robot = robot;
+  options.distance = distance;
   options.points = surface ? io::ExportedPoints::Surface : io::ExportedPoints::Centers;
   options.spacing = spacing;
   options.frame_id = frame_id;
@@ -313,6 +321,34 @@ void addMap(py::module_& module) {
                " cells_added=" + std::to_string(self.cells_added) +
                " cells_removed=" + std::to_string(self.cells_removed) + ">";
       });
+  const RobotModel usual;
+  py::class_<RobotModel>(module, "Robot", "The robot that a plan is made for; metres, radians.")
+      .def(py::init([](double height, double radius, double max_step, double max_slope,
+                       double camera_height) {
+             const RobotModel robot{height, radius, max_step, max_slope, camera_height};
+             robot.validate();
+             return robot;
+           }),
+           py::kw_only(), "height"_a = usual.height, "radius"_a = usual.radius,
+           "max_step"_a = usual.max_step, "max_slope"_a = usual.max_slope,
+           "camera_height"_a = usual.camera_height)
+      .def_readwrite("height", &RobotModel::height)
+      .def_readwrite("radius", &RobotModel::radius)
+      .def_readwrite("max_step", &RobotModel::max_step)
+      .def_readwrite("max_slope", &RobotModel::max_slope)
+      .def_readwrite("camera_height", &RobotModel::camera_height);
+  py::class_<Plan>(module, "Plan", "A storey from above: 0 free, 100 occupied, -1 unknown.")
+      .def_readonly("cell", &Plan::cell)
+      .def_readonly("floor", &Plan::floor)
+      .def_readonly("note", &Plan::note)
+      .def_property_readonly("origin",
+                             [](const Plan& p) { return std::pair(p.origin.x(), p.origin.y()); })
+      .def_property_readonly("values", [](const Plan& p) { return gridOf(p, p.values); })
+      .def_property_readonly("heights", [](const Plan& p) { return gridOf(p, p.heights); })
+      .def(
+          "distances", [](const Plan& p) { return gridOf(p, p.distances()); },
+          "Metres to the nearest occupied cell.")
+      .def("is_standable", &Plan::isStandable, "x"_a, "y"_a);
   py::class_<SharedMap>(module, "PlanarMap", "A map of planar cuboids; world frame, z up, metres.")
       .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
            "max_range"_a = 0.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
@@ -330,9 +366,9 @@ void addMap(py::module_& module) {
           },
           "path"_a, py::kw_only(), "overwrite"_a = false, "Writes a .pmap file.")
       .def("export", &exportTo, "path"_a, py::kw_only(), "unknown"_a = false, "cell"_a = 0.0,
-           "band"_a = py::make_tuple(io::GridBand().low, io::GridBand().high),
-           "ground"_a = py::none(), "surface"_a = false, "spacing"_a = 0.0, "frame_id"_a = "map",
-           "overwrite"_a = false, "Writes a file for other programs, as `planar_map convert` does.")
+           "robot"_a = RobotModel(), "distance"_a = false, "surface"_a = false, "spacing"_a = 0.0,
+           "frame_id"_a = "map", "overwrite"_a = false,
+           "Writes a file for other programs, as `planar_map convert` does.")
       .def("insert", &insert, "xyz"_a, "T"_a = py::none(), py::kw_only(), "planes"_a = py::none(),
            "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
            "K"_a = py::none(), "Adds a cloud of the sensor's frame; T = T_world_sensor.")
@@ -350,6 +386,19 @@ void addMap(py::module_& module) {
                 self.read([](const PlanarMap& map) { return map.finished(); }));
           },
           "The map without what only further frames need.")
+      .def(
+          "plans",
+          [](const SharedMap& self, const RobotModel& robot, double cell) {
+            return self.read([&](const PlanarMap& map) { return plansOf(map, robot, cell); });
+          },
+          "robot"_a = RobotModel(), "cell"_a = 0.0, "The plans of all storeys, the lowest first.")
+      .def(
+          "plan",
+          [](const SharedMap& self, const RobotModel& robot, double cell, std::size_t storey) {
+            return self.read(
+                [&](const PlanarMap& map) { return plansOf(map, robot, cell).at(storey); });
+          },
+          "robot"_a = RobotModel(), "cell"_a = 0.0, "storey"_a = 0, "The plan of a storey.")
       .def("cuboids", rows<&PlanarMap::cuboids>(), "Occupied cuboids.")
       .def("unknown_cuboids", rows<&PlanarMap::unknownCuboids>(),
            "Unknown space as axis-aligned cuboids.")

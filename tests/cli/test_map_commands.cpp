@@ -147,19 +147,19 @@ TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
 
 TEST_F(MapCommands, ConvertHelpSaysWhoReadsWhat) {
   const ProgramResult help = expectExit(0, planarMap({"convert", "--help"}));
-  for (const char* line : {".scene  collision objects: MoveIt", ".pgm    with its .yaml: nav2",
-                           "ParaView", "--band"}) {
+  for (const char* line : {".scene  collision objects: MoveIt", ".pgm    plan with its .yaml",
+                           "ParaView", "--robot-height"}) {
     EXPECT_NE(help.out.find(line), std::string::npos) << line << help.out;
   }
 }
 
 TEST_F(MapCommands, ConvertTakesItsOptions) {
   const std::string file = map();
-  ASSERT_EQ(planarMap({"convert", file, directory_ / "m.pgm", "--cell", "0.5", "--band", "0.2,1.0",
-                       "--ground", "-0.5", "--frame-id", "odom"})
+  ASSERT_EQ(planarMap({"convert", file, directory_ / "m.pgm", "--cell", "0.5", "--robot-height",
+                       "0.7", "--frame-id", "odom"})
                 .exit_code,
             0);
-  EXPECT_NE(read("m.yaml").find("frame odom, from -0.3 to 0.5 m"), std::string::npos);
+  EXPECT_NE(read("m.yaml").find("robot 0.7 m high"), std::string::npos);
   EXPECT_NE(read("m.yaml").find("resolution: 0.5\n"), std::string::npos);
   ASSERT_EQ(planarMap({"convert", file, directory_ / "c.pcd"}).exit_code, 0);
   ASSERT_EQ(
@@ -168,8 +168,8 @@ TEST_F(MapCommands, ConvertTakesItsOptions) {
   EXPECT_GT(read("s.pcd").size(), 2 * read("c.pcd").size());
   expectExit(0, planarMap({"convert", file, directory_ / "c.ply", "--cell", "0.5"}),
              "--cell is ignored");
-  for (const std::vector<std::string>& wrong : {std::vector<std::string>{"--band", "1,0"},
-                                                {"--band", "1"},
+  for (const std::vector<std::string>& wrong : {std::vector<std::string>{"--robot-height", "0"},
+                                                {"--max-slope", "90"},
                                                 {"--cell", "-1"},
                                                 {"--cell", "nan"},
                                                 {"--cell", "0"},

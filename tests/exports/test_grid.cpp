@@ -3,11 +3,11 @@
 // PGM and its YAML, read as map_server and nav2_map_server read them, against maps made by hand.
 #include <yaml-cpp/yaml.h>
 
+#include <cstring>
 #include <filesystem>
 
-#include "evaluation/metrics/cuboid_geometry.h"
 #include "export_scene.h"
-#include "map_scene.h"
+#include "plan_scene.h"
 #include "planar_mapping/base/error.h"
 
 namespace planar_mapping {
@@ -74,14 +74,16 @@ Loaded load(const std::string& yaml_path) {
   return map;
 }
 
-/// A floor, a block on it, free space over most of it and low free space at one place.
+/// A floor, a block on it, a path, and free space over all of it.
 io::ExportedMap handMade() {
   io::ExportedMap map;
-  map.resolution = 0.5;
-  map.cuboids = {box({-1.0, 0.5, -0.1}, {1.0, 2.0, 0.0}), box({0.5, 1.5, 0.0}, {1.0, 2.0, 1.0})};
-  map.cuboids[0].plane_id = 0;
-  map.free = {box({-1.0, 0.5, 0.0}, {1.0, 1.5, 3.0}, CellState::Free),
-              box({-1.0, 1.5, 0.0}, {0.0, 2.0, 1.0}, CellState::Free)};
+  PlanSource& plan = map.plan;
+  plan.resolution = 0.5;
+  plan.occupied = {box({-1.0, 0.5, -0.1}, {2.0, 3.0, 0.0}), box({1.5, 2.5, 0.0}, {2.0, 3.0, 1.0})};
+  plan.occupied[0].plane_id = 0;
+  plan.floors = {test::measured({-1.0, 0.5, -0.1}, {2.0, 3.0, 0.0}, 0.5)};
+  plan.space = {box({-1.0, 0.5, 0.0}, {2.0, 3.0, 3.0}, CellState::Free)};
+  plan.path = {{0.25, 1.25, 0.5}};
   return map;
 }
 
@@ -90,224 +92,71 @@ TEST(NavigationMap, OriginAndOrderOfRowsAreThoseOfMapServer) {
   const Loaded map = load(file / "m.yaml");
   EXPECT_EQ(map.resolution, 0.5);
   EXPECT_EQ(map.origin, (std::array<double, 3>{-1.0, 0.5, 0.0}));
-  EXPECT_EQ(map.picture(), (std::vector<std::string>{"???#", "....", "...."}));
+  EXPECT_EQ(map.picture(),
+            (std::vector<std::string>{".....#", "......", "......", "......", "......"}));
 }
 
-TEST(NavigationMap, OriginIsWrittenAsAPersonWouldWriteIt) {
-  io::ExportedMap map = handMade();
-  map.resolution = 0.1;
-  map.cuboids = {box({-3.3, -0.7, 0.0}, {-3.0, 0.2, 1.0})};
-  map.free.clear();
-  const std::string yaml = io::writePgm(map, "m.pgm").at(1);
-  EXPECT_NE(yaml.find("\norigin: [-3.3, -0.7, 0]\n"), std::string::npos) << yaml;
-}
-
-TEST(NavigationMap, YamlNamesAnyFile) {
-  for (const std::string name : {"floor #2", "it's: 1", "[a]", "- b", "plain_1"}) {
+TEST(NavigationMap, YamlNamesAnyFileAndTheRobot) {
+  for (const std::string name : {"1", "a b", "null", "it's"}) {
     const test::Exported file(io::writePgm, handMade(), name + ".pgm");
-    EXPECT_EQ(load(file / (name + ".yaml")).width, 4) << name;
+    EXPECT_EQ(load(file / (name + ".yaml")).width, 6) << name;
   }
+  const std::string yaml = io::writePgm(handMade(), "m.pgm").at(1);
+  EXPECT_NE(yaml.find("# robot 1.2 m high, 0.25 m radius, steps to 0.1 m"), std::string::npos);
+  EXPECT_NE(yaml.find("m2 free"), std::string::npos) << yaml;
 }
 
-TEST(NavigationMap, BytesAreThoseThatPlannersKnow) {
-  const test::Exported file(io::writePgm, handMade(), "m.pgm");
-  std::ifstream in(file.path(), std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  EXPECT_EQ(bytes.substr(bytes.size() - 12), std::string("\xcd\xcd\xcd\x00", 4) +
-                                                 "\xfe\xfe\xfe\xfe"
-                                                 "\xfe\xfe\xfe\xfe");
-}
-
-TEST(NavigationMap, BandChoosesTheHeights) {
-  io::ExportedMap map = handMade();
-  map.cuboids.push_back(box({-1.0, 0.5, 2.5}, {-0.5, 1.0, 2.6}));  // a lamp
-  // The frame of a door 2.05 m high, which its cuboid may be below by a quarter of a cell.
-  map.cuboids.push_back(box({0.0, 0.5, 1.93}, {0.5, 1.0, 2.2}));
-  const auto drawn = [&] {
-    const test::Exported file(io::writePgm, map, "m.pgm");
-    return load(file / "m.yaml").picture();
-  };
-  EXPECT_EQ(drawn(), (std::vector<std::string>{"???#", "....", "...."}));
-  map.options.band.high = 2.8;
-  EXPECT_EQ(drawn(), (std::vector<std::string>{"???#", "....", "#.#."}));
-  map.cuboids.pop_back();
-  map.options.band = {1.2, 2.2};  // over the block; its cell was never seen
-  EXPECT_EQ(drawn(), (std::vector<std::string>{"....", "...."}));
-  map.options.band = {-0.05, 0.9};  // the floor itself
-  EXPECT_EQ(drawn(), (std::vector<std::string>{"####", "####", "####"}));
-  map.options.band = {0.15, 0.9, 0.0};
-  EXPECT_EQ(drawn(), (std::vector<std::string>{"..?#", "....", "...."}));
-  map.options.band = {2.0, 1.0};
-  EXPECT_THROW(io::writePgm(map, "m.pgm"), ParameterError);
-}
-
-TEST(NavigationMap, GroundIsTheTopOfALowFloor) {
-  io::ExportedMap map = handMade();
-  for (std::vector<Cuboid>* list : {&map.cuboids, &map.free}) {
-    for (Cuboid& cuboid : *list) cuboid.center.z() -= 1.3;  // as seen from a camera
-  }
-  map.cuboids.push_back(box({0.0, 1.0, -9.0}, {0.1, 1.1, -8.9}));  // a stray cell
-  EXPECT_NEAR(io::gridOf(map).ground, -1.3, 1e-6);                 // heights of places are floats
-  const test::Exported file(io::writePgm, map, "m.pgm");
-  EXPECT_EQ(load(file / "m.yaml").picture(), (std::vector<std::string>{"???#", "....", "...."}));
-}
-
-/// Of a map of these faces, each a plane.
-double groundOf(const std::vector<Cuboid>& faces) {
-  io::ExportedMap map;
-  map.resolution = 0.5;
-  map.cuboids = faces;
-  test::numberPlanes(map);
-  return io::gridOf(map).ground;
-}
-
-TEST(NavigationMap, GroundIsTheRoadAndNotTheVergeBelowIt) {
-  std::vector<Cuboid> faces = {box({-3.0, -3.0, -0.1}, {3.0, 3.0, 0.0}),  // 36 m2
-                               box({3.0, -3.0, -0.6}, {4.0, 2.0, -0.5}),  // 5 m2
-                               box({-3.0, 3.0, 0.6}, {3.0, 5.0, 0.7})};   // no larger: a stage
-  EXPECT_NEAR(groundOf(faces), 0.0, 1e-6);
-  faces[0] = box({-2.0, -3.0, -0.1}, {2.0, 0.0, 0.0});  // 12 m2 do not outweigh 5
-  EXPECT_NEAR(groundOf(faces), -0.5, 1e-6);
-  EXPECT_NEAR(groundOf({box({-3.0, -3.0, -0.1}, {3.0, 2.0, 0.0}),    // 30 m2
-                        box({3.0, -3.0, -0.48}, {5.0, 3.0, -0.38}),  // 12 m2, not the lowest
-                        box({5.0, -3.0, -0.6}, {6.0, -0.5, -0.5}),   // 2.5 m2 each
-                        box({5.0, 0.0, -0.7}, {6.0, 2.5, -0.6})}),
-              0.0, 1e-6);
-}
-
-TEST(NavigationMap, GroundIsTheYardAndNotThePitInIt) {
-  std::vector<Cuboid> faces = {box({-5.0, -5.0, -0.1}, {5.0, 5.0, 0.0}),  // 100 m2
-                               box({5.0, -5.0, -1.6}, {6.0, 1.0, -1.5}),  // 6 m2
-                               box({-5.0, 5.0, 0.7}, {5.0, 10.0, 0.8})};  // no larger: a platform
-  EXPECT_NEAR(groundOf(faces), 0.0, 1e-6);
-  faces[1] = box({5.0, -5.0, -1.6}, {7.0, 5.0, -1.5});  // 20 m2: a storey below
-  EXPECT_NEAR(groundOf(faces), -1.5, 1e-6);
-}
-
-TEST(NavigationMap, GroundThatLeansIsAtTheHeightOfMostOfIt) {
-  std::vector<Cuboid> faces;
-  for (int i = 0; i < 9; ++i) {  // from -0.4 to 0.4, widest at 0
-    const double width = 5.0 - std::abs(i - 4);
-    faces.push_back(box({2.0 * i, -width, 0.1 * i - 0.5}, {2.0 * i + 2.0, width, 0.1 * i - 0.4}));
-  }
-  EXPECT_NEAR(groundOf(faces), 0.0, 0.1);
-}
-
-TEST(NavigationMap, FollowsTheGroundThatWasRemoved) {
-  io::ExportedMap
-      map;  // a road 40 m long that falls by 4 m, free over it, with a box on its lower end
-  map.resolution = 0.5;
-  for (int x = 0; x < 40; x += 2) {
-    const double height = -0.1 * (x + 1);
-    map.ground.push_back({Vector3(x + 1.0, 1.0, height), 200});
-    map.ground.push_back({Vector3(x + 1.0, 1.0, height - 2.0), 3});  // few reflections below
-  }
-  for (int x = 0; x < 40; ++x) {
-    map.free.push_back(
-        box({1.0 * x, 0.0, -0.1 * x}, {x + 1.0, 2.0, -0.1 * x + 3.0}, CellState::Free));
-  }
-  map.cuboids = {box({38.0, 1.0, -3.8}, {38.5, 1.5, -3.0}),
-                 box({0.0, 0.0, -9.0}, {0.1, 0.1, -8.9})};
-  const io::OccupancyGrid grid = io::gridOf(map);
-  EXPECT_NEAR(grid.ground, -2.0, 0.2);
-  ASSERT_EQ(std::pair(80u, 4u), std::pair(grid.width, grid.height));
-  for (std::uint32_t y = 0; y < 4; ++y) {
-    for (std::uint32_t x = 0; x < 80; ++x) {
-      const bool is_box = x == 76 && y == 2;
-      EXPECT_EQ(grid.at(x, y), is_box ? io::OccupancyGrid::kOccupied : io::OccupancyGrid::kFree);
-    }
-  }
-  const io::GroundHeights heights(map.ground, Vector3::UnitZ(), 7.0);
-  EXPECT_NEAR(heights.at({20.5, 1.0, 0.0}), -2.05, 1e-6);
-  EXPECT_NEAR(heights.at({20.5, 9.0, 0.0}), -2.05, 1e-6);  // the nearest
-  EXPECT_NEAR(heights.at({60.0, 1.0, 0.0}), -3.9, 1e-6);
-  map.options.band.ground = -2.0;  // the same everywhere, who asks for it
-  EXPECT_EQ(io::gridOf(map).at(0, 0), io::OccupancyGrid::kUnknown);
-  for (GroundPoint& point : map.ground) point.points = 0;  // made by hand
-  EXPECT_NEAR(io::GroundHeights(map.ground, Vector3::UnitZ(), 7.0).at({20.5, 1.0, 0.0}), -3.0, 1.1);
-  map.ground.resize(1);
-  EXPECT_EQ(io::GroundHeights(map.ground, Vector3::UnitZ(), 7.0).at({0.5, 0.5, 0.0}), 7.0);
-}
-
-TEST(NavigationMap, BetweenAFloorAndAPitIsNoRamp) {
-  for (const auto& [depth, between] : {std::pair(0.4, -0.2), {0.8, 0.0}}) {
-    std::vector<GroundPoint> ground;
-    for (const double x : {1.0, 3.0, 5.0, 7.0})
-      for (const double y : {1.0, 3.0})
-        ground.push_back({Vector3(x, y, x < 4.0 ? 0.0 : -depth), 200});
-    const io::GroundHeights heights(ground, Vector3::UnitZ(), 7.0);
-    EXPECT_NEAR(heights.at({4.0, 2.0, 0.0}), between, 1e-6);
-    EXPECT_NEAR(heights.at({6.0, 2.0, 0.0}), -depth, 1e-6);
-  }
-}
-
-/// x right, y down, z forward: forward becomes y of the grid.
 TEST(NavigationMap, MapOfACameraIsTurnedUpright) {
   io::ExportedMap map = handMade();
-  for (std::vector<Cuboid>* list : {&map.cuboids, &map.free}) {
+  const Quaternion turn = turning(Vector3::UnitZ(), -Vector3::UnitY());
+  for (std::vector<Cuboid>* list : {&map.plan.occupied, &map.plan.space})
     for (Cuboid& cuboid : *list) {
-      const Vector3 c = cuboid.center, s = cuboid.size;
-      cuboid.center = {c.x(), -c.z(), c.y()};
-      cuboid.size = {s.x(), s.z(), s.y()};
+      cuboid.center = turn * cuboid.center;
+      cuboid.orientation = turn * cuboid.orientation;
     }
-  }
-  map.cuboids[0].plane_id = -1;  // its third axis is no normal any more
-  map.up = -Vector3::UnitY();
+  MeasuredCells& floor = map.plan.floors[0];
+  for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
+  map.plan.path[0] = turn * map.plan.path[0];
+  map.plan.up = map.up = -Vector3::UnitY();
   const test::Exported file(io::writePgm, map, "m.pgm");
-  const Loaded loaded = load(file / "m.yaml");
-  EXPECT_EQ(loaded.picture(), (std::vector<std::string>{"???#", "....", "...."}));
-  EXPECT_EQ(loaded.origin, (std::array<double, 3>{-1.0, 0.5, 0.0}));
+  const test::Exported upright(io::writePgm, handMade(), "m.pgm");
+  EXPECT_EQ(load(file / "m.yaml").picture(), load(upright / "m.yaml").picture());
 }
 
-TEST(NavigationMap, TurnedWallFillsEveryCellItMeets) {
-  io::ExportedMap map;
-  map.resolution = 0.1;
-  Cuboid wall = box({-2.0, -0.01, 0.0}, {2.0, 0.01, 2.0});
-  wall.orientation = Quaternion(Eigen::AngleAxisd(0.6, Vector3::UnitZ()));
-  map.cuboids = {wall};
-  const io::OccupancyGrid grid = io::gridOf(map);
-  std::size_t occupied = 0;
-  for (std::uint32_t y = 0; y < grid.height; ++y) {
-    for (std::uint32_t x = 0; x < grid.width; ++x) {
-      const Vector2 center = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
-      const double away = test::distanceTo(wall, {center.x(), center.y(), 1.0});
-      const bool is_occupied = grid.at(x, y) == io::OccupancyGrid::kOccupied;
-      occupied += is_occupied ? 1 : 0;
-      EXPECT_TRUE(is_occupied || away >= 0.05) << x << ' ' << y;
-      EXPECT_FALSE(is_occupied && away > 0.071) << x << ' ' << y;
-    }
-  }
-  EXPECT_GT(occupied, 50u);
+TEST(NavigationMap, DistanceIsToTheNearestOccupiedCell) {
+  io::ExportedMap map = handMade();
+  map.options.distance = true;
+  const std::string npy = io::writePgm(map, "m.pgm").at(2);
+  ASSERT_EQ(npy.substr(1, 5), "NUMPY");
+  ASSERT_NE(npy.find("'shape': (5, 6)"), std::string::npos);
+  float value = 0.0f;  // of the first cell: 5 and 4 cells away
+  std::memcpy(&value, npy.data() + npy.size() - 30 * sizeof value, sizeof value);
+  EXPECT_NEAR(value, 0.5 * std::hypot(5.0, 4.0), 1e-5);
 }
 
-TEST(NavigationMap, KnowsWhatTheMapKnows) {
-  const PlanarMap map = test::mapOfFrames(3);
-  const io::OccupancyGrid grid = io::occupancyGrid(map);
-  std::size_t free = 0, unknown = 0, occupied = 0;
-  for (std::uint32_t y = 0; y < grid.height; ++y) {
-    for (std::uint32_t x = 0; x < grid.width; ++x) {
-      const Vector2 center = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
-      int states[3] = {0, 0, 0};
-      for (double z = 0.2; z < io::GridBand().high; z += 0.1)
-        ++states[static_cast<int>(map.stateAt({center.x(), center.y(), z}))];
-      const std::int8_t value = grid.at(x, y);
-      free += value == io::OccupancyGrid::kFree ? 1 : 0;
-      occupied += value == io::OccupancyGrid::kOccupied ? 1 : 0;
-      unknown += value == io::OccupancyGrid::kUnknown ? 1 : 0;
-      EXPECT_TRUE(states[1] == 0 || value == io::OccupancyGrid::kOccupied) << center.transpose();
-      EXPECT_TRUE(value != io::OccupancyGrid::kFree || states[2] <= 5) << center.transpose();
-    }
-  }
-  EXPECT_GT(free, 200u);
-  EXPECT_GT(occupied, 100u);
-  EXPECT_GT(unknown, 100u);
+TEST(NavigationMap, StoreysHaveFilesOfTheirOwn) {
+  io::ExportedMap map = handMade();
+  map.plan.occupied.push_back(box({-1.0, 0.5, 3.4}, {1.0, 3.0, 3.5}));
+  map.plan.occupied.back().plane_id = 1;
+  map.plan.floors.push_back(test::measured({-1.0, 0.5, 3.4}, {1.0, 3.0, 3.5}, 0.5));
+  map.plan.space.push_back(box({-1.0, 0.5, 3.5}, {1.0, 3.0, 6.0}, CellState::Free));
+  map.plan.path.emplace_back(0.25, 1.25, 4.0);
+  const io::Contents files = io::writePgm(map, "m.pgm");
+  ASSERT_EQ(files.size(), 6u);
+  EXPECT_EQ(io::exportedFiles("a/m.pgm", true, 2),
+            (std::vector<std::string>{"a/m.pgm", "a/m.yaml", "a/m.npy", "a/m_0.pgm", "a/m_0.yaml",
+                                      "a/m_0.npy", "a/m_1.pgm", "a/m_1.yaml", "a/m_1.npy"}));
+  EXPECT_EQ(files[0], files[4]) << "the path ends on the upper storey";
+  EXPECT_NE(files[2], files[4]);
+  EXPECT_NE(files[5].find("image: m_1.pgm"), std::string::npos);
+  EXPECT_EQ(map.notes.size(), 2u);
 }
 
 TEST(NavigationMap, TooManyCellsAreRefused) {
   io::ExportedMap map = handMade();
   map.options.cell = 1e-5;
   try {
-    io::gridOf(map);
+    io::writePgm(map, "m.pgm");
     FAIL();
   } catch (const ParameterError& error) {
     EXPECT_NE(std::string(error.what()).find("--cell 0.0"), std::string::npos) << error.what();
@@ -317,6 +166,35 @@ TEST(NavigationMap, TooManyCellsAreRefused) {
 TEST(NavigationMap, OfNothingIsOneUnknownCell) {
   const test::Exported file(io::writePgm, io::ExportedMap(), "m.pgm");
   EXPECT_EQ(load(file / "m.yaml").picture(), (std::vector<std::string>{"?"}));
+}
+
+TEST(FloorPlan, HasAWallOfTwoFacesAndItsDoorway) {
+  io::ExportedMap map = handMade();
+  PlanSource& plan = map.plan;
+  plan.resolution = 0.1;
+  plan.floors = {test::measured({-1.0, 0.5, -0.1}, {2.0, 3.0, 0.0}, 0.1)};
+  plan.occupied.pop_back();
+  const Quaternion east(Eigen::AngleAxisd(M_PI_2, Vector3::UnitY()));
+  for (const double y : {0.9, 2.6}) {  // a gap from 1.3 to 2.2
+    for (const double side : {1.0, -1.0}) {
+      Cuboid face;
+      face.center = {1.0 + 0.1 * side, y, 1.0};
+      face.orientation = side > 0.0 ? east : Quaternion(east * Quaternion(0.0, 1.0, 0.0, 0.0));
+      face.size = {2.0, 0.8, 0.02};
+      face.plane_id = side > 0.0 ? 1 : 2;
+      plan.occupied.push_back(face);
+    }
+  }
+  const std::string svg = io::writeSvg(map, "m.svg").at(0);
+  const std::string dxf = io::writeDxf(map, "m.dxf").at(0);
+  const auto count = [](const std::string& text, const std::string& word) {
+    int n = 0;
+    for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; ++at) ++n;
+    return n;
+  };
+  EXPECT_EQ(count(svg, "class=\"wall\""), 2) << svg;
+  EXPECT_EQ(count(svg, "class=\"opening\""), 1) << svg;
+  EXPECT_EQ(count(dxf, "POLYLINE"), 3);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include "pipeline_frames.h"
 #include "planar_mapping/base/random.h"
-#include "planar_mapping/io/export/occupancy_grid.h"
+#include "planar_mapping/plan/plan.h"
 
 namespace planar_mapping {
 namespace {
@@ -67,14 +67,14 @@ double occupiedFloor(const std::vector<Vector3>& rays, double largest_cell) {
     if (p.z() < 0.1 - kHeight && !isBesideABox(p.x(), p.y())) floor.push_back(p);
   }
   pipeline.process(frame);
-  const io::OccupancyGrid grid = io::occupancyGrid(pipeline.map());
+  const Plan grid = plansOf(pipeline.map()).front();
   EXPECT_LE(grid.cell, largest_cell);
   int occupied = 0;
   for (const Vector3& p : floor) {
     const Vector2 cell = (p.head<2>() - grid.origin) / grid.cell;
     if (cell.minCoeff() < 0.0 || cell.x() >= grid.width || cell.y() >= grid.height) continue;
     occupied += grid.at(static_cast<std::uint32_t>(cell.x()),
-                        static_cast<std::uint32_t>(cell.y())) == io::OccupancyGrid::kOccupied;
+                        static_cast<std::uint32_t>(cell.y())) == Plan::kOccupied;
   }
   return 100.0 * occupied / static_cast<double>(floor.size());
 }

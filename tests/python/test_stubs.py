@@ -41,6 +41,7 @@ def test_stubs_name_all_there_is():
     for node in STUBS.body:
         if isinstance(node, ast.ClassDef) and not issubclass(getattr(pm, node.name), Exception):
             members = public(item.name for item in node.body if isinstance(item, ast.FunctionDef))
+            members |= public(item.target.id for item in node.body if isinstance(item, ast.AnnAssign))
             assert members == public(dir(getattr(pm, node.name))), node.name
 
 

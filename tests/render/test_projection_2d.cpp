@@ -70,9 +70,6 @@ TEST(Projection2d, LeavesFloorAndCeilingOut) {
   content.cuboids.push_back(testing::plate({4, 3, 0}, {0, 0, 1}, 8, 6, 0));
   content.cuboids.push_back(testing::plate({4, 3, 2.5}, {0, 0, -1}, 8, 6, 1));
   EXPECT_EQ(count(drawProjection2d(content, plain())), before);
-  ProjectionOptions low;
-  low.lowest = -0.5;
-  EXPECT_GT(count(drawProjection2d(content, plain(), low))["occupied"], 20000);
 }
 
 TEST(Projection2d, KeepsNorthUp) {
@@ -109,9 +106,7 @@ TEST(Projection2d, IsTheSameEveryTime) {
 
 TEST(Projection2d, RefusesWhatCannotBeDrawn) {
   EXPECT_THROW(drawProjection2d(SceneContent()), InputError);
-  ProjectionOptions empty;
-  empty.highest = empty.lowest;
-  EXPECT_THROW(drawProjection2d(testing::room(), plain(), empty), ParameterError);
+  EXPECT_THROW(drawProjection2d(testing::room(), plain(), RobotModel(), 7), ParameterError);
 }
 
 TEST(Projection2d, CopesWithHugeCoordinatesAndZoom) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../commands.h"
+#include "../robot_options.h"
 #include "../unknown_words.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
@@ -32,7 +33,8 @@ struct Arguments {
   double zoom = 1.0, point_size = 2.0;
   std::optional<double> clip_above;
   bool projection_2d = false;
-  ProjectionOptions projection;
+  RobotModel robot;
+  std::size_t storey = 0;
   std::string reference;
   double threshold = 0.01;
   bool force = false;
@@ -85,10 +87,8 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--point-size", a.point_size, "of clouds, pixels (1 to 50)");
   app.add_flag("--projection-2d", a.projection_2d,
                "draw a plan: occupied dark, free white, unknown gray, the path dashed");
-  app.add_option("--projection-low", a.projection.lowest,
-                 "what ends below it is floor, metres above the ground");
-  app.add_option("--projection-high", a.projection.highest,
-                 "what starts above it does not count, metres above the ground");
+  app.add_option("--storey", a.storey, "of the plan; the lowest is 0");
+  addRobotOptions(app, a.robot);
   app.add_option("--reference", a.reference, "compare with this PNG; exit code 6 if it differs");
   app.add_option("--threshold", a.threshold, "fraction of pixels that may differ (0 to 1)");
   app.add_flag("-f,--force", a.force, "overwrite an existing PNG");
@@ -119,7 +119,7 @@ ViewOptions viewOptions(const Arguments& a) {
   options.zoom = a.zoom;
   options.point_size = a.point_size;
   options.validate();
-  a.projection.validate();
+  a.robot.validate();
   requireInRange("--threshold", a.threshold, 0.0, 1.0);
   return options;
 }
@@ -236,7 +236,7 @@ int draw(const Arguments& a, const ViewOptions& wanted) {
     openWindow(content, options, Window::Screen::Display, a.files[0] + " - planar_mapping")->run();
     return kDone;
   }
-  const Image image = a.projection_2d ? drawProjection2d(content, options, a.projection)
+  const Image image = a.projection_2d ? drawProjection2d(content, options, a.robot, a.storey)
                                       : renderSnapshot(content, options);
   if (!a.snapshot.empty()) {
     writeResults([&]() { io::writeImage(a.snapshot, image, a.overwrite()); });

@@ -38,7 +38,7 @@ std::string bytesOf(const std::string& path) {
 
 TEST(MapExport, WritesEveryFormat) {
   const TemporaryDirectory directory;
-  EXPECT_EQ(io::exportFormats().size(), 16u);
+  EXPECT_EQ(io::exportFormats().size(), 18u);
   for (const io::ExportFormat& format : io::exportFormats()) {
     const std::string path = directory / nameFor(format);
     EXPECT_FALSE(format.readers.empty());
@@ -141,9 +141,9 @@ TEST(MapExport, OptionsOutOfRangeAreRefused) {
   refuses("m.bt", [](io::ExportOptions& o) { o.cell = -0.1; });
   refuses("m.bt", [](io::ExportOptions& o) { o.cell = NAN; });
   refuses("m.pcd", [](io::ExportOptions& o) { o.spacing = NAN; });
-  refuses("m.pgm", [](io::ExportOptions& o) { o.band.low = 3.0; });
-  refuses("m.pgm", [](io::ExportOptions& o) { o.band.high = NAN; });
-  refuses("m.pgm", [](io::ExportOptions& o) { o.band.ground = INFINITY; });
+  refuses("m.pgm", [](io::ExportOptions& o) { o.robot.max_step = 3.0; });
+  refuses("m.pgm", [](io::ExportOptions& o) { o.robot.height = NAN; });
+  refuses("m.pgm", [](io::ExportOptions& o) { o.robot.radius = INFINITY; });
 }
 
 TEST(MapExport, AnEmptyMapHasFilesToo) {

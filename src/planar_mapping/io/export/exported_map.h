@@ -7,6 +7,7 @@
 
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/cuboid.h"
+#include "planar_mapping/geometry/turning.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/text_lines.h"
 
@@ -39,16 +40,6 @@ std::string groupOf(const Cuboid& cuboid);
 /// Angles about the fixed x, y and z axes, in this order, radians (URDF, SDFormat).
 Vector3 rollPitchYaw(const Quaternion& q);
 
-/// The rotation that turns \p up to \p to; for up = -y (a camera's frame) and to = z, forward
-/// becomes y and right stays x.
-Quaternion turning(const Vector3& up, const Vector3& to);
-
-/// Whether a cuboid is a face that is level by at most 11 degrees.
-bool isLevel(const Cuboid& cuboid, const Vector3& up);
-
-/// Middle of the upper face of such a cuboid.
-Vector3 topOf(const Cuboid& cuboid, const Vector3& up);
-
 /// kCuboidFaces as triangles.
 constexpr int kTriangles[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
                                    {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
@@ -65,10 +56,10 @@ struct ExportedMap {
   std::vector<Cuboid> free;     ///< seen free; only for formats that say so
   Vector3 up = Vector3::UnitZ();
   Vector3 origin = Vector3::Zero();  ///< PlanarMapParams::origin
-  std::vector<Vector3> sensors;      ///< places of the trajectory, where they are known
-  std::vector<GroundPoint> ground;   ///< PlanarMap::ground()
+  PlanSource plan;                   ///< only for plans
   double resolution = 0.1;
   ExportOptions options;
+  mutable std::vector<std::string> notes;  ///< of plans: what a user should know
 
   double cell() const { return options.cell > 0.0 ? options.cell : resolution; }
 };
@@ -77,16 +68,18 @@ struct ExportedMap {
 enum class Space {
   AsAsked,  ///< unknown cuboids if the options say so
   Free,     ///< what was seen free
+  Plan,     ///< what plans are made of
 };
 ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& options);
-OccupancyGrid gridOf(const ExportedMap& map);
 
-// Each returns what the files hold, in the order of exportedFiles(); path is the one asked for.
+/// What the files hold, in the order of exportedFiles().
 using Contents = std::vector<std::string>;
+// path is the one asked for. A plan has the same files for each of its storeys.
 using Writer = Contents(const ExportedMap& map, const std::string& path);
-Writer writeCsv, writeGlb, writeModelFolder, writeObj, writePgm, writePly, writePoints, writeScene,
-    writeSdf, writeStl, writeUrdf, writeVtp;
-Writer writeOctree;  ///< .bt, .ot
+Writer writeCsv, writeGlb, writeModelFolder, writeObj, writePly, writePoints, writeScene, writeSdf,
+    writeStl, writeUrdf, writeVtp;
+Writer writeDxf, writePgm, writeSvg;  ///< plans
+Writer writeOctree;                   ///< .bt, .ot
 
 /// "origin_m X Y Z" between two texts for a map that has an origin of its own, else nothing.
 std::string originNote(const ExportedMap& map, const char* before, const char* after);

@@ -32,7 +32,10 @@ constexpr Format kFormats[] = {
     {"/", "NAME/ with model.config and model.sdf: a model folder of Gazebo", writeModelFolder},
     {".urdf", "one link of boxes: ROS, PyBullet, Drake", writeUrdf},
     {".scene", "collision objects: MoveIt", writeScene},
-    {".pgm", "with its .yaml: nav2, map_server", writePgm, Space::Free, ".yaml"},
+    {".pgm", "plan with its .yaml, a pair for each storey: nav2, map_server", writePgm, Space::Plan,
+     ".yaml"},
+    {".svg", "floor plan, a file for each storey: browsers, Inkscape", writeSvg, Space::Plan},
+    {".dxf", "floor plan, a file for each storey: CAD", writeDxf, Space::Plan},
     {".bt", "octree, free or occupied: OctoMap, octovis, MoveIt", writeOctree, Space::Free},
     {".ot", "octree of log-odds: OctoMap", writeOctree, Space::Free},
     {".vtp", "boxes with their properties: ParaView, VTK", writeVtp},
@@ -84,19 +87,18 @@ void requireName(const std::string& frame_id) {
 
 ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& options) {
   ExportedMap exported;
-  exported.cuboids = map.cuboids();
+  if (space == Space::Plan) {
+    exported.plan = planSourceOf(map);
+  } else {
+    exported.cuboids = map.cuboids();
+  }
   exported.up = map.params().approximation.up.normalized();
   exported.origin = map.params().origin;
-  // Of a merged cloud the origin is no sensor's.
-  if (map.params().unknown_space)
-    for (const auto& [time, pose] : map.trajectory())
-      exported.sensors.push_back(pose.translation());
-  exported.ground = map.ground();
   exported.resolution = map.params().approximation.resolution;
   exported.options = options;
   if (space == Space::Free) {
     exported.free = map.freeCuboids();
-  } else if (options.unknown) {
+  } else if (options.unknown && space == Space::AsAsked) {
     const std::vector<Cuboid> unknown = map.unknownCuboids();
     exported.cuboids.insert(exported.cuboids.end(), unknown.begin(), unknown.end());
   }
@@ -119,27 +121,50 @@ std::vector<ExportFormat> exportFormats() {
   return formats;
 }
 
-std::vector<std::string> exportedFiles(const std::string& path) {
+std::vector<std::string> exportedFiles(const std::string& path, bool distance,
+                                       std::size_t storeys) {
   const Format& format = formatOf(path);
   if (isFolder(path)) return {path + "model.sdf", path + "model.config"};
-  if (format.beside == nullptr) return {path};
-  return {path, std::filesystem::path(path).replace_extension(format.beside).string()};
+  std::vector<std::string> files;
+  const auto add = [&](const std::string& name) {
+    std::filesystem::path file(path);
+    if (!name.empty()) file.replace_filename(name);
+    files.push_back(file.string());
+    if (format.beside != nullptr) files.push_back(file.replace_extension(format.beside).string());
+    if (distance && format.write == writePgm)
+      files.push_back(file.replace_extension(".npy").string());
+  };
+  add("");
+  for (std::size_t storey = 0; storeys > 1 && storey < storeys; ++storey)
+    add(stemOf(path) + "_" + std::to_string(storey) + format.extension);
+  return files;
 }
 
-void exportMap(const PlanarMap& map, const std::string& path, const ExportOptions& options) {
+std::vector<std::string> exportMap(const PlanarMap& map, const std::string& path,
+                                   const ExportOptions& options) {
   const Format& format = formatOf(path);
   requireInRange("cell", options.cell, 0.0, 1e6, "m");
   requireInRange("spacing", options.spacing, 0.0, 1e6, "m");
   requireName(options.frame_id);
-  if (format.extension == std::string(".pmap")) return saveMap(map, path, options.overwrite);
-  if (format.write == nullptr) return saveMapJson(map, path, options.overwrite, options.frame_id);
-  const Contents contents = format.write(exportedOf(map, format.space, options), path);
+  if (format.extension == std::string(".pmap")) {
+    saveMap(map, path, options.overwrite);
+    return {};
+  }
+  if (format.write == nullptr) {
+    saveMapJson(map, path, options.overwrite, options.frame_id);
+    return {};
+  }
+  ExportedMap exported = exportedOf(map, format.space, options);
+  const Contents contents = format.write(exported, path);
   if (isFolder(path)) {
     std::error_code error;
     std::filesystem::create_directories(path, error);
     if (error) throw IoError(path, "cannot be created: " + error.message());
   }
-  writeFiles(exportedFiles(path), contents, options.overwrite);
+  const std::size_t plans = contents.size() / exportedFiles(path, options.distance).size();
+  writeFiles(exportedFiles(path, options.distance, plans > 1 ? plans - 1 : 1), contents,
+             options.overwrite);
+  return exported.notes;
 }
 
 Colour colourOf(const Cuboid& cuboid) {
@@ -165,15 +190,6 @@ Vector3 rollPitchYaw(const Quaternion& q) {
     return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
   }
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
-}
-
-Quaternion turning(const Vector3& up, const Vector3& to) {
-  // Of two opposite directions any axis across them will do: x, if it is one.
-  if (up.dot(to) < -1.0 + 1e-12) {
-    const Vector3 axis = std::abs(up.x()) < 0.9 ? Vector3::UnitX() : Vector3::UnitY();
-    return Quaternion(Eigen::AngleAxisd(M_PI, (axis - axis.dot(up) * up).normalized()));
-  }
-  return Quaternion(Eigen::Quaterniond::FromTwoVectors(up, to));
 }
 
 }  // namespace planar_mapping::io

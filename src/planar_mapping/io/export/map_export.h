@@ -7,8 +7,8 @@
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/io/atomic_file.h"
-#include "planar_mapping/io/export/occupancy_grid.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/plan/plan.h"
 
 // A map for other programs (docs/exports.md says who reads what, what is kept and what is lost).
 // Metres, in the axes of the map unless a format fixes its own; numbers in text are the shortest
@@ -25,8 +25,9 @@ enum class ExportedPoints {
 struct ExportOptions {
   bool unknown = false;  ///< unknown space as well, as boxes; json, pmap, bt, ot, pgm always tell
   std::string frame_id = "map";  ///< name of the map's frame (json, csv, urdf, pgm)
-  double cell = 0.0;             ///< side of a cell of bt, ot, pgm; 0 = the map's resolution
-  GridBand band;                 ///< pgm: heights that count
+  double cell = 0.0;      ///< side of a cell of bt, ot and of plans; 0 = the map's resolution
+  RobotModel robot;       ///< of plans: pgm, svg, dxf
+  bool distance = false;  ///< pgm: the distance to the nearest obstacle as well, as .npy
   ExportedPoints points = ExportedPoints::Centers;  ///< pcd
   double spacing = 0.0;  ///< pcd: between points of a surface; 0 = half the map's resolution
   Overwrite overwrite = Overwrite::Refuse;
@@ -41,8 +42,13 @@ struct ExportFormat {
 PLANAR_MAPPING_EXPORT std::vector<ExportFormat> exportFormats();
 
 /// The files that exportMap() writes for this path, the one that is asked for first.
+/// \param storeys  of plans: where there are several they follow as NAME_0, NAME_1 ..., the lowest
+/// first;
+///        NAME is the one on which the path ends
 /// \throws ParameterError if there is no such format
-PLANAR_MAPPING_EXPORT std::vector<std::string> exportedFiles(const std::string& path);
+PLANAR_MAPPING_EXPORT std::vector<std::string> exportedFiles(const std::string& path,
+                                                             bool distance = false,
+                                                             std::size_t storeys = 1);
 
 /// Writes a map in the format that the extension of the path names; a path that ends in a slash
 /// is a Gazebo model folder. Formats of several files (pgm with its yaml, obj with its mtl, the
@@ -51,8 +57,9 @@ PLANAR_MAPPING_EXPORT std::vector<std::string> exportedFiles(const std::string& 
 /// \throws ParameterError if there is no such format, an option is out of range, or the cells are
 ///         so small that the result would not fit the memory meant for it (the message names a cell
 ///         that does)
+/// \return what a user should know, for each storey of a plan: how much of it is free
 /// \throws IoError if a file exists and must not be overwritten, or cannot be written
-PLANAR_MAPPING_EXPORT void exportMap(const PlanarMap& map, const std::string& path,
-                                     const ExportOptions& options = ExportOptions());
+PLANAR_MAPPING_EXPORT std::vector<std::string> exportMap(
+    const PlanarMap& map, const std::string& path, const ExportOptions& options = ExportOptions());
 
 }  // namespace planar_mapping::io

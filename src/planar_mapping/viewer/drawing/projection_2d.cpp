@@ -2,20 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/viewer/drawing/projection_2d.h"
 
-#include <vtkCellArray.h>
 #include <vtkContext2D.h>
 #include <vtkImageData.h>
-#include <vtkMapper.h>
 #include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/io/export/occupancy_grid.h"
 #include "planar_mapping/viewer/drawing/canvas.h"
 #include "planar_mapping/viewer/scene/ground.h"
 
@@ -33,7 +27,7 @@ constexpr Color kPath = {205, 38, 52};
 constexpr Color kPlanInk = {40, 42, 46};
 
 // The map's plane on the picture: x right, y up.
-struct Plan {
+struct Page {
   GroundFrame frame;
   double pixels_per_metre = 1.0;
   Vector2 corner = Vector2::Zero();  // where (low_right, low_forward) is, pixels
@@ -50,8 +44,8 @@ struct Plan {
   Vector2 at(const Vector3& p) const { return at(p.dot(frame.right), p.dot(frame.forward)); }
 };
 
-Plan makePlan(const SceneContent& content, const ViewOptions& options, double font) {
-  Plan plan;
+Page makePlan(const SceneContent& content, const ViewOptions& options, double font) {
+  Page plan;
   plan.frame = visualization::groundFrame(content);
   const GroundFrame& f = plan.frame;
   const double left = 3.2 * font, below = 4.6 * font, margin = 1.2 * font;
@@ -67,104 +61,64 @@ Plan makePlan(const SceneContent& content, const ViewOptions& options, double fo
   return plan;
 }
 
-/// The sides of cuboids that are seen from above, to be drawn in one go.
-struct Sides {
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkCellArray> polygons;
-  vtkNew<vtkUnsignedCharArray> colors;
-
-  Sides() { colors->SetNumberOfComponents(4); }
-  void add(const Cuboid& cuboid, const Plan& plan, const Canvas& canvas, Color color) {
-    const Matrix3 axes = cuboid.orientation.toRotationMatrix() * cuboid.size.asDiagonal() * 0.5;
-    for (int k = 0; k < 3; ++k) {
-      const double rise = axes.col(k).dot(plan.frame.up);
-      if (rise == 0.0) continue;
-      const Vector3 center = cuboid.center + (rise > 0.0 ? 1.0 : -1.0) * axes.col(k);
-      polygons->InsertNextCell(4);
-      for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) {
-        const Vector2 p = plan.at(center + a * axes.col((k + 1) % 3) + b * axes.col((k + 2) % 3));
-        polygons->InsertCellPoint(points->InsertNextPoint(p.x(), canvas.flipped(p.y()), 0.0));
-      }
-      colors->InsertNextTuple4(color.red, color.green, color.blue, 255);
-    }
-  }
-  void draw(Canvas& canvas) {
-    if (points->GetNumberOfPoints() == 0) return;
-    vtkNew<vtkPolyData> data;
-    data->SetPoints(points);
-    data->SetPolys(polygons);
-    canvas.context().DrawPolyData(0.0f, 0.0f, data, colors, VTK_SCALAR_MODE_USE_CELL_DATA);
-  }
-};
-
-/// The grid of a plan in the axes of its frame, in cells of the map or, where those are smaller,
-/// pixels. \param obstacles  a mark for each cuboid in the band
-io::OccupancyGrid gridOf(const SceneContent& content, const ViewOptions& options,
-                         const ProjectionOptions& projection, const Plan& plan,
-                         std::vector<std::uint8_t>& obstacles) {
+/// The storeys in the axes of the frame, in cells of the map or, where those are smaller, pixels.
+std::vector<Plan> storeysOf(const SceneContent& content, const ViewOptions& options,
+                            const RobotModel& robot, const Page& page) {
   Matrix3 axes;
-  axes << plan.frame.right, plan.frame.forward, plan.frame.up;
+  axes << page.frame.right, page.frame.forward, page.frame.up;
   const Quaternion turn(axes.transpose());
-  io::GridSource source;
+  PlanSource source;
   source.unseen = content.unseen;
-  source.cuboids = content.cuboids;
+  source.knows_sides = content.sensors_known;
+  source.occupied = content.cuboids;
   source.space = content.unseen == Unseen::Unknown ? content.free : content.unknown;
   source.ground = content.ground;
-  for (std::vector<Cuboid>* list : {&source.cuboids, &source.space}) {
+  for (std::vector<Cuboid>* list : {&source.occupied, &source.space}) {
     for (Cuboid& cuboid : *list) {
       cuboid.center = turn * cuboid.center;
       cuboid.orientation = turn * cuboid.orientation;
     }
   }
+  source.floors = content.floors;
+  for (MeasuredCells& floor : source.floors)
+    for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
   for (GroundPoint& point : source.ground) point.position = turn * point.position;
   if (content.sensors_known)
-    for (const Pose& pose : content.trajectory) source.sensors.push_back(turn * pose.translation());
-  io::GridBand band;
-  band.low = projection.lowest;
-  band.high = projection.highest;
-  band.free_fraction = projection.fraction;
-  const double pixel = options.zoom / plan.pixels_per_metre;  // where all of it is shown
-  return io::occupancyGrid(source, std::max(content.resolution, pixel), band, &obstacles);
+    for (const Pose& pose : content.trajectory) source.path.push_back(turn * pose.translation());
+  if (content.resolution > 0.0) source.resolution = content.resolution;
+  const double pixel = options.zoom / page.pixels_per_metre;  // where all of it is shown
+  return plansOf(source, robot, std::max(source.resolution, pixel));
 }
 
-/// What is not free, as a picture over the plan; obstacles are drawn over it.
-vtkSmartPointer<vtkImageData> unknownArea(const io::OccupancyGrid& grid, Unseen unseen,
-                                          const ViewOptions& options, const Plan& plan) {
-  auto area = vtkSmartPointer<vtkImageData>::New();
-  area->SetDimensions(options.width, options.height, 1);
-  area->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
-  auto* rgba = static_cast<std::uint8_t*>(area->GetScalarPointer());
+/// The grid as a picture: obstacles and what is unknown.
+vtkSmartPointer<vtkImageData> pictureOf(const Plan& grid, const ViewOptions& options,
+                                        const Page& page) {
+  auto picture = vtkSmartPointer<vtkImageData>::New();
+  picture->SetDimensions(options.width, options.height, 1);
+  picture->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
+  auto* rgba = static_cast<std::uint8_t*>(picture->GetScalarPointer());
   for (int row = options.height - 1; row >= 0; --row) {
     for (int column = 0; column < options.width; ++column, rgba += 4) {
-      // The unknown may reach far beyond what was mapped: the plan ends at its frame.
       const Vector2 pixel(column + 0.5, row + 0.5);
-      const bool inside = pixel.x() > plan.corner.x() && pixel.x() < plan.right &&
-                          pixel.y() > plan.top && pixel.y() < plan.corner.y();
-      const Vector2 cell = (plan.placeOf(pixel) - grid.origin) / grid.cell;
-      const bool in_grid =
-          (cell.array() >= 0.0).all() && cell.x() < grid.width && cell.y() < grid.height;
-      const bool is_free =
-          in_grid ? grid.at(static_cast<std::uint32_t>(cell.x()),
-                            static_cast<std::uint32_t>(cell.y())) == io::OccupancyGrid::kFree
-                  : unseen == Unseen::Free;
-      rgba[0] = kUnknown.red;
-      rgba[1] = kUnknown.green;
-      rgba[2] = kUnknown.blue;
-      rgba[3] = inside && !is_free ? 255 : 0;
+      const bool inside = pixel.x() > page.corner.x() && pixel.x() < page.right &&
+                          pixel.y() > page.top && pixel.y() < page.corner.y();
+      const Vector2 place = page.placeOf(pixel);
+      std::uint32_t x = 0, y = 0;
+      const int value = grid.cellOf(place.x(), place.y(), x, y) ? grid.at(x, y) : Plan::kUnknown;
+      const bool is_occupied = value == Plan::kOccupied;
+      const Color color = is_occupied ? kOccupied : kUnknown;
+      rgba[0] = color.red;
+      rgba[1] = color.green;
+      rgba[2] = color.blue;
+      const bool is_shown =
+          is_occupied ? options.show.occupied : value != Plan::kFree && options.show.unknown;
+      rgba[3] = inside && is_shown ? 255 : 0;
     }
   }
-  return area;
+  return picture;
 }
 
-void drawOccupied(const SceneContent& content, const std::vector<std::uint8_t>& obstacles,
-                  const Plan& plan, Canvas& canvas) {
-  Sides sides;
-  for (std::size_t i = 0; i < content.cuboids.size(); ++i)
-    if (obstacles[i] != 0) sides.add(content.cuboids[i], plan, canvas, kOccupied);
-  sides.draw(canvas);
-}
-
-void drawPath(const SceneContent& content, const Plan& plan, double font, Canvas& canvas) {
+void drawPath(const SceneContent& content, const Page& plan, double font, Canvas& canvas) {
   std::vector<Vector2> path;
   for (const Pose& pose : content.trajectory) {
     const Vector2 p = plan.at(pose.translation());
@@ -191,7 +145,7 @@ void drawPath(const SceneContent& content, const Plan& plan, double font, Canvas
   canvas.fill({tip, path.back() + 0.8 * size * across, path.back() - 0.8 * size * across}, kPath);
 }
 
-void drawGrid(const Plan& plan, Canvas& canvas) {
+void drawGrid(const Page& plan, Canvas& canvas) {
   const GroundFrame& f = plan.frame;
   if (f.step * plan.pixels_per_metre < 4.0) return;
   for (const double v : visualization::multiples(f.low_right, f.high_right, f.step))
@@ -200,7 +154,7 @@ void drawGrid(const Plan& plan, Canvas& canvas) {
     canvas.line({plan.at(f.low_right, v), plan.at(f.high_right, v)}, 1.0, kGrid);
 }
 
-void drawRulers(const Plan& plan, double font, Canvas& canvas) {
+void drawRulers(const Page& plan, double font, Canvas& canvas) {
   const GroundFrame& f = plan.frame;
   const double length = std::max(f.high_right - f.low_right, f.high_forward - f.low_forward);
   const double step = std::max(f.step, visualization::roundStep(length, 12));
@@ -220,7 +174,7 @@ void drawRulers(const Plan& plan, double font, Canvas& canvas) {
   }
 }
 
-void drawLegend(const SceneContent& content, const ViewOptions& options, const Plan& plan,
+void drawLegend(const SceneContent& content, const ViewOptions& options, const Page& plan,
                 double font, Canvas& canvas) {
   const double y = options.height - 1.3 * font;
   double x = 1.2 * font;
@@ -265,34 +219,24 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
 
 }  // namespace
 
-void ProjectionOptions::validate() const {
-  requireInRange("lowest height of the projection", lowest, -1000.0, 1000.0, "m");
-  requireInRange("highest height of the projection", highest, -1000.0, 1000.0, "m");
-  if (!(highest > lowest))
-    throw ParameterError("the projection's heights are empty: highest must exceed lowest");
-  requireInRange("fraction of the projection", fraction, 0.0, 1.0);
-}
-
 Image drawProjection2d(const SceneContent& content, const ViewOptions& options,
-                       const ProjectionOptions& projection) {
+                       const RobotModel& robot, std::size_t storey) {
   content.validate();
   options.validate();
-  projection.validate();
   if (content.cuboids.empty() && content.unknown.empty())
     throw InputError("there is nothing to project: the map is empty");
   const double font = std::max(10.0, 0.026 * std::min(options.width, options.height));
-  const Plan plan = makePlan(content, options, font);
-  std::vector<std::uint8_t> obstacles;
-  const io::OccupancyGrid grid = gridOf(content, options, projection, plan, obstacles);
-  vtkSmartPointer<vtkImageData> unknown;
-  if (options.show.unknown) unknown = unknownArea(grid, content.unseen, options, plan);
+  const Page plan = makePlan(content, options, font);
+  const std::vector<Plan> storeys = storeysOf(content, options, robot, plan);
+  if (storey >= storeys.size())
+    throw ParameterError("there is no storey " + std::to_string(storey) + ": the map has " +
+                         std::to_string(storeys.size()));
+  const vtkSmartPointer<vtkImageData> picture = pictureOf(storeys[storey], options, plan);
   return visualization::drawPage(options.width, options.height,
                                  options.background.value_or(Color{255, 255, 255}),
                                  [&](Canvas& canvas) {
-                                   if (unknown) canvas.context().DrawImage(0.0f, 0.0f, unknown);
+                                   canvas.context().DrawImage(0.0f, 0.0f, picture);
                                    if (options.show.ground_grid) drawGrid(plan, canvas);
-                                   if (options.show.occupied)
-                                     drawOccupied(content, obstacles, plan, canvas);
                                    if (options.show.trajectory)
                                      drawPath(content, plan, font, canvas);
                                    if (options.show.axes) drawRulers(plan, font, canvas);

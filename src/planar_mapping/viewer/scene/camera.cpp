@@ -11,7 +11,7 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/geometry/angles.h"
-#include "planar_mapping/io/export/occupancy_grid.h"
+#include "planar_mapping/plan/plan.h"
 
 namespace planar_mapping {
 
@@ -222,10 +222,7 @@ double groundHeight(const SceneContent& content) {
   std::vector<Vector3> sensors;
   if (content.sensors_known)
     for (const Pose& pose : content.trajectory) sensors.push_back(pose.translation());
-  if (!content.cuboids.empty()) {
-    const double found = io::groundHeight(content.cuboids, up, sensors);
-    return io::GroundHeights(content.ground, up, found).middle();
-  }
+  if (!content.cuboids.empty()) return floorHeight(content.cuboids, up, sensors);
   std::vector<double> heights;
   for (const SceneCloud& cloud : content.clouds) {
     for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -233,12 +230,9 @@ double groundHeight(const SceneContent& content) {
       if (p.allFinite()) heights.push_back(p.dot(up));
     }
   }
-  if (heights.empty()) return io::groundHeight(content.unknown, up);
+  if (heights.empty()) return floorHeight(content.unknown, up);
   // A few stray points deep below the floor must not become the ground.
-  Cuboid point;
-  point.center = detail::ranked(heights, heights.size() / 100) * up;
-  point.size = Vector3::Zero();
-  return io::groundHeight({point}, up);
+  return detail::ranked(heights, heights.size() / 100);
 }
 
 CameraView placeCamera(const SceneContent& content, const ViewOptions& options) {

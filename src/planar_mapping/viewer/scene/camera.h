@@ -31,9 +31,8 @@ struct CameraView {
 PLANAR_MAPPING_EXPORT CameraView placeCamera(const SceneContent& content,
                                              const ViewOptions& options);
 
-/// Height of the ground along content.up, metres: io::groundHeight() of the cuboids, else of the
-/// clouds or the unknown space. [ours]
-/// The lowest hundredth of the occupied volume counts as stray.
+/// Height of the ground along content.up, metres: floorHeight() of the cuboids, else of the clouds
+/// (without the lowest hundredth of the points) or the unknown space. [ours]
 PLANAR_MAPPING_EXPORT double groundHeight(const SceneContent& content);
 
 /// Two horizontal unit vectors that make (right, forward, up) a right-handed frame; for up = +z

@@ -98,6 +98,7 @@ SceneContent sceneContent(const PlanarMap& map) {
   content.sensors_known = map.params().unknown_space;  // else a cloud may be merged of many scans
   if (!content.sensors_known && startsFarAway(content)) content.trajectory.clear();
   content.ground = map.ground();
+  content.floors = measuredFloors(map);
   content.planes = map.planes().size();
   content.resolution = map.params().approximation.resolution;
   content.up = map.params().approximation.up.normalized();

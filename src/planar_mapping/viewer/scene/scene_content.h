@@ -9,6 +9,7 @@
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/cuboid.h"
 #include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/plan/plan.h"
 
 namespace planar_mapping {
 
@@ -23,17 +24,18 @@ struct SceneCloud {
 /// What is drawn: plain data between a map and the picture of it, so that anything that has
 /// cuboids can be shown. World frame of the map, metres.
 struct PLANAR_MAPPING_EXPORT SceneContent {
-  std::vector<Cuboid> cuboids;      ///< occupied ones; Cuboid::size holds full lengths
-  std::vector<Cuboid> unknown;      ///< unknown space
-  std::vector<Cuboid> free;         ///< what was seen free, for plans; see unseen
-  Unseen unseen = Unseen::Free;     ///< what space is of which neither says anything
-  std::vector<Pose> trajectory;     ///< T_world_sensor per frame, in order
-  bool sensors_known = true;        ///< the trajectory says where space was seen from
-  std::vector<GroundPoint> ground;  ///< PlanarMap::ground(): plans follow it
-  std::vector<SceneCloud> clouds;   ///< overlays
-  std::size_t planes = 0;           ///< number of planes, for the legend; 0 = count the ids
-  double resolution = 0.0;          ///< side s of a cell, for the legend; 0 = not known
-  Vector3 up = Vector3::UnitZ();    ///< against gravity: ground grid, height, tilt, cameras
+  std::vector<Cuboid> cuboids;        ///< occupied ones; Cuboid::size holds full lengths
+  std::vector<Cuboid> unknown;        ///< unknown space
+  std::vector<Cuboid> free;           ///< what was seen free, for plans; see unseen
+  Unseen unseen = Unseen::Free;       ///< what space is of which neither says anything
+  std::vector<Pose> trajectory;       ///< T_world_sensor per frame, in order
+  bool sensors_known = true;          ///< the trajectory says where space was seen from
+  std::vector<GroundPoint> ground;    ///< PlanarMap::ground(): plans follow it
+  std::vector<MeasuredCells> floors;  ///< measuredFloors(): plans need them
+  std::vector<SceneCloud> clouds;     ///< overlays
+  std::size_t planes = 0;             ///< number of planes, for the legend; 0 = count the ids
+  double resolution = 0.0;            ///< side s of a cell, for the legend; 0 = not known
+  Vector3 up = Vector3::UnitZ();      ///< against gravity: ground grid, height, tilt, cameras
 
   bool empty() const { return cuboids.empty() && unknown.empty() && cloudPoints() == 0; }
   std::size_t cloudPoints() const;

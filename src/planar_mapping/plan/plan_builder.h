@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "planar_mapping/plan/floor_levels.h"
+
+namespace planar_mapping::detail {
+
+/// Finds what is standable of a map, step by step: floors, path, space, reach, edges, storeys.
+class PlanBuilder {
+ public:
+  PlanBuilder(const PlanSource& source, const RobotModel& robot, double cell);
+  std::vector<Plan> plans();
+
+ private:
+  /// What is known of a level beside its place.
+  struct State {
+    bool is_blocked = false;  ///< something stands in the robot's height
+    bool is_seen = false;     ///< free up to the robot's height
+    bool is_reached = false;  ///< without a step
+    bool is_edge = false;     ///< beside a drop
+    bool is_rim = false;      ///< beside what was not measured
+    bool isStandable() const { return is_reached && is_seen && !is_blocked && !is_edge && !is_rim; }
+  };
+  void placeRaster();
+  void addFaces();
+  void addMeasured();
+  void addGround();
+  /// Joins levels without headroom between them; the highest counts.
+  void sortLevels();
+  void markParts();
+  void addPath();
+  void addDisc(const Vector2& place, const Vector2& next, const FloorLevel& floor);
+  std::optional<std::uint32_t> floorUnder(const Vector3& sensor) const;
+  void stackObstacles();
+  void lookAbove();
+  void reach();
+  void findEdges();
+  std::vector<double> storeyHeights() const;
+  Plan planOf(const std::vector<double>& storeys, std::size_t storey) const;
+  std::string noteOf(const Plan& plan, const std::vector<std::uint32_t>& levels) const;
+
+  bool isBlocked(std::size_t cell, double floor) const;
+  bool isHollow(std::size_t cell, double floor) const;
+  /// The level at a cell that is no step away from a height, if there is one.
+  std::optional<std::uint32_t> levelNear(std::size_t cell, double height, double tolerance) const;
+  /// Calls visit(cell, distance in cells) for the cells around one.
+  template <typename Visit>
+  void forNeighbours(std::size_t cell, int reach, const Visit& visit) const;
+
+  std::vector<Cuboid> occupied_, space_;  ///< z up
+  std::vector<Vector3> path_;             ///< z up
+  std::vector<GroundPoint> ground_;       ///< z up
+  std::vector<MapPlane> planes_;          ///< z up, by id
+  std::vector<MeasuredCells> floors_;     ///< z up
+  Unseen unseen_;
+  bool knows_sides_;
+  double resolution_;
+  RobotModel robot_;
+  PlanRaster raster_;
+  CellLists<FloorLevel>::Found found_;
+  CellLists<FloorLevel> levels_;
+  std::vector<std::uint32_t> cell_of_;  ///< of each level
+  std::vector<double> part_area_;       ///< of the connected floor of each level, square metres
+  std::vector<std::uint32_t> seeds_;    ///< levels below the path
+  std::vector<State> states_;
+  CellLists<Interval> obstacles_;
+  std::optional<FreeColumns> free_;
+  bool has_path_ = false;
+};
+
+}  // namespace planar_mapping::detail
