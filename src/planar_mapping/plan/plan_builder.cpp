@@ -646,6 +646,18 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
       open.push_back(std::uint32_t(next));
     }
   }
+  // No robot passes between two obstacles a cell apart: of a board, noise left that cell empty.
+  const std::vector<std::int8_t> found = plan.values;
+  const auto stands = [&](int x, int y) {
+    return raster_.has(x, y) && found[raster_.at(x, y)] == Plan::kOccupied;
+  };
+  for (const std::uint32_t i : chosen) {
+    if (raster_.cell >= 2.0 * robot_.radius || levels_[i].kind == FloorLevel::Kind::Path) continue;
+    const std::size_t cell = cell_of_[i];
+    const int x = raster_.xOf(cell), y = raster_.yOf(cell);
+    for (const auto& [dx, dy] : {std::pair(1, 0), {0, 1}, {1, 1}, {1, -1}})
+      if (stands(x + dx, y + dy) && stands(x - dx, y - dy)) plan.values[cell] = Plan::kOccupied;
+  }
   std::vector<double> heights;
   for (const std::uint32_t i : chosen) heights.push_back(levels_[i].height);
   if (!heights.empty()) {

@@ -24,8 +24,7 @@ TEST(PlanScenes, NoCellOverADropIsFreeAndWhatIsDrivableIs) {
     std::printf("%-28s %10d %10d %10d %10.1f\n", scene.name.c_str(), figures.over_drops,
                 figures.in_obstacles, figures.drivable, free);
     EXPECT_EQ(figures.over_drops, 0) << scene.name;
-    // Noise may leave no point in one cell of a thin board.
-    EXPECT_LE(figures.in_obstacles, scene.noise > 0.0 ? 1 : 0) << scene.name;
+    EXPECT_EQ(figures.in_obstacles, 0) << scene.name;
     EXPECT_GE(free, 80.0) << scene.name;
     all_drivable += figures.drivable;
     all_free += figures.free;
