@@ -74,19 +74,20 @@ TEST_F(MapCommands, WhatNoFrameSawIsUnknownInAnswersAndPlans) {
   expectExit(0, planarMap({"run", config("pcd_sequence.yaml"), "-i", scene, "-o",
                            directory_ / "out", "-q"}));
   const std::string file = directory_ / "out/map.pmap";
-  expectExit(0, planarMap({"convert", file, plan}));
+  expectExit(0, planarMap({"convert", file, plan, "--robot-height", "0.5"}));
   const std::string yaml = read("plan.yaml"), pgm = read("plan.pgm");
   double x0 = 0.0, y0 = 0.0;
   ASSERT_EQ(2, std::sscanf(yaml.c_str() + yaml.find("origin: ["), "origin: [%lf, %lf", &x0, &y0));
   int width = 0, height = 0;
   ASSERT_EQ(2, std::sscanf(pgm.c_str() + pgm.find("m/pix\n"), "m/pix %d %d", &width, &height));
-  const auto at = [&](double x, double y) {
+  const auto at = [&](double x, double y) -> int {
     const int from_end = (1 + static_cast<int>((y - y0) / 0.1)) * width;
     const int column = static_cast<int>((x - x0) / 0.1);
+    if (from_end > width * height || column >= width) return 205;  // beyond the plan
     return static_cast<unsigned char>(
         pgm.at(pgm.size() - static_cast<std::size_t>(from_end - column)));
   };
-  EXPECT_EQ(254, at(3.0, 1.3));   // before the camera
+  EXPECT_EQ(254, at(3.0, 0.8));   // before the camera
   EXPECT_EQ(205, at(1.8, 3.84));  // behind a wall
   EXPECT_EQ(205, at(3.0, -0.3));
   for (const std::string place : {"1000,1000,1", "-1,-0.5,0.4", "1.8,3.84,1", "0.2,0.1,3"}) {

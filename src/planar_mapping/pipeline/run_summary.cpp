@@ -31,8 +31,9 @@ std::string command(const Configuration& configuration, const std::string& stage
     if (const auto* number = std::get_if<double>(&value))
       return start + rounded(factor * *number, 3);
     if (const auto* number = std::get_if<std::int64_t>(&value))
-      return start + std::to_string(std::max(std::int64_t{1}, static_cast<std::int64_t>(std::round(
-                                        factor * static_cast<double>(*number)))));
+      return start +
+             std::to_string(std::max(std::int64_t{1}, static_cast<std::int64_t>(std::round(
+                                                          factor * static_cast<double>(*number)))));
   }
   return "--set " + stage + ".enabled=false";
 }

@@ -93,8 +93,7 @@ std::optional<ImagesUp> SequenceSource::meanUp() const {
   constexpr double kLevel = M_PI / 180.0;  // recorded poses start next to the identity
   const std::optional<Pose> first = sequence_.describe(0).T_world_sensor;
   ImagesUp images;
-  images.starts_at_identity = 
-      first && Eigen::AngleAxisd(first->linear()).angle() < kLevel;
+  images.starts_at_identity = first && Eigen::AngleAxisd(first->linear()).angle() < kLevel;
   Vector3 sum = Vector3::Zero();
   for (const std::size_t index : selected_) {
     const std::optional<Pose> pose = sequence_.describe(index).T_world_sensor;
