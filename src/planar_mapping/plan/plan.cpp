@@ -122,7 +122,7 @@ PlanSource planSourceOf(const PlanarMap& map) {
 }
 
 std::vector<Plan> plansOf(const PlanSource& source, const RobotModel& robot, double cell) {
-  requireInRange("cell", cell, 0.0, 1e6, "m");
+  requireInRange("cell", cell, 0.0, 1e9, "m");
   robot.validate();
   return detail::PlanBuilder(source, robot, cell > 0.0 ? cell : source.resolution).plans();
 }

@@ -516,9 +516,11 @@ void PlanBuilder::reach() {
   }
 }
 
-bool PlanBuilder::isHollow(std::size_t cell, double floor) const {
+bool PlanBuilder::isHollow(std::size_t cell, double floor, double thickness) const {
+  // Where all is free that nobody saw, free space says nothing.
+  if (unseen_ == Unseen::Free) return false;
   const double below = floor - robot_.max_step;
-  return free_->count(cell, below - resolution_, below).free > 0;
+  return free_->count(cell, below - thickness, below).free > 0;
 }
 
 void PlanBuilder::findEdges() {
@@ -534,22 +536,22 @@ void PlanBuilder::findEdges() {
           levels_[k].height > height - robot_.height)
         states_[i].is_edge = true;
     // Where space below the floor was seen there is a gap in it that its cuboids bridge.
-    if (levels_[i].kind != FloorLevel::Kind::Path && isHollow(cell_of_[i], height))
+    if (levels_[i].kind != FloorLevel::Kind::Path && isHollow(cell_of_[i], height, resolution_))
       states_[i].is_edge = true;
     forNeighbours(cell_of_[i], reach, [&](std::size_t cell, double distance) {
       const double tolerance = std::max(robot_.max_step, distance * raster_.cell * steepest);
       if (isBlocked(cell, height)) return;
       const auto next = levelNear(cell, height, tolerance);
       if (next && levels_[*next].kind != FloorLevel::Kind::Guessed) {
-        if (levels_[*next].kind != FloorLevel::Kind::Path && isHollow(cell, levels_[*next].height))
+        if (levels_[*next].kind != FloorLevel::Kind::Path &&
+            isHollow(cell, levels_[*next].height, resolution_))
           states_[i].is_edge = true;
         return;
       }
       bool is_drop = false;
       for (std::uint32_t k = levels_.begin(cell); k < levels_.end(cell); ++k)
         is_drop |= levels_[k].height < height - tolerance;
-      const double below = height - robot_.max_step;
-      is_drop |= free_->count(cell, below - 2.0 * resolution_, below).free > 0;
+      is_drop |= isHollow(cell, height, 2.0 * resolution_);
       (is_drop ? states_[i].is_edge : states_[i].is_rim) = true;
     });
     // The robot stood there.

@@ -44,7 +44,8 @@ class PlanBuilder {
   std::string noteOf(const Plan& plan, const std::vector<std::uint32_t>& levels) const;
 
   bool isBlocked(std::size_t cell, double floor) const;
-  bool isHollow(std::size_t cell, double floor) const;
+  /// Was space of a thickness, a step below a floor, seen free?
+  bool isHollow(std::size_t cell, double floor, double thickness) const;
   /// The level at a cell that is no step away from a height, if there is one.
   std::optional<std::uint32_t> levelNear(std::size_t cell, double height, double tolerance) const;
   /// Calls visit(cell, distance in cells) for the cells around one.
