@@ -168,6 +168,7 @@ double floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
   constexpr double kStep = 0.1;  // heights that are one floor, metres
   if (cuboids.empty()) return 0.0;
   std::vector<double> over;
+  over.reserve(sensors.size());
   for (const Vector3& sensor : sensors) over.push_back(up.dot(sensor));
   const double below = over.empty() ? INFINITY : detail::ranked(over, over.size() / 2);
   std::map<long, std::pair<double, double>> floors;  // area, area times height

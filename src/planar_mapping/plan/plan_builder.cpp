@@ -661,6 +661,7 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
       if (stands(x + dx, y + dy) && stands(x - dx, y - dy)) plan.values[cell] = Plan::kOccupied;
   }
   std::vector<double> heights;
+  heights.reserve(chosen.size());
   for (const std::uint32_t i : chosen) heights.push_back(levels_[i].height);
   if (!heights.empty()) {
     std::nth_element(heights.begin(), heights.begin() + long(heights.size() / 2), heights.end());
