@@ -27,7 +27,8 @@ std::string command(const Configuration& configuration, const std::string& stage
     const Parameter* parameter = one.name == stage ? one.parameters.find(key) : nullptr;
     if (parameter == nullptr) continue;
     const ParameterValue value = parameter->get();
-    const std::string start = "--set " + stage + "." + key + "=";
+    std::string start = "--set ";
+    start.append(stage).append(".").append(key).append("=");
     if (const auto* number = std::get_if<double>(&value))
       return start + rounded(factor * *number, 3);
     if (const auto* number = std::get_if<std::int64_t>(&value))
