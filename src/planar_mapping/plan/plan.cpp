@@ -167,19 +167,28 @@ double floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
                    const std::vector<Vector3>& sensors) {
   constexpr double kStep = 0.1;  // heights that are one floor, metres
   if (cuboids.empty()) return 0.0;
-  std::vector<double> over;
-  over.reserve(sensors.size());
-  for (const Vector3& sensor : sensors) over.push_back(up.dot(sensor));
-  const double below = over.empty() ? INFINITY : detail::ranked(over, over.size() / 2);
+  // Of the middle one of the sensors by height: floors around it and below.
+  constexpr double kAround = 10.0;  // metres
+  std::vector<Vector3> ranked = sensors;
+  const auto middle = ranked.begin() + static_cast<std::ptrdiff_t>(ranked.size() / 2);
+  const auto lower = [&](const Vector3& a, const Vector3& b) { return up.dot(a) < up.dot(b); };
+  if (!ranked.empty()) std::nth_element(ranked.begin(), middle, ranked.end(), lower);
+  const auto isBelow = [&](const Cuboid& cuboid, double height) {
+    if (ranked.empty()) return true;
+    const Vector3 to = cuboid.center - *middle;
+    return height <= up.dot(*middle) &&
+           (to - up.dot(to) * up).norm() - 0.5 * cuboid.size.norm() <= kAround;
+  };
   std::map<long, std::pair<double, double>> floors;  // area, area times height
   double lowest = INFINITY;
   for (const Cuboid& cuboid : cuboids) {
-    const double height = up.dot(cuboid.center) + halfAlong(cuboid, up);
-    lowest = std::min(lowest, height);
+    lowest = std::min(lowest, up.dot(cuboid.center) + halfAlong(cuboid, up));
     const Vector3 rise = (cuboid.orientation.conjugate() * up).cwiseAbs();
     Eigen::Index axis = 0;
-    if (rise.maxCoeff(&axis) < std::cos(RobotModel().max_slope) || height > below) continue;
+    if (rise.maxCoeff(&axis) < std::cos(RobotModel().max_slope)) continue;
     if (cuboid.plane_id < 0 || cuboid.size[axis] > cuboid.size.minCoeff() + 1e-9) continue;
+    const double height = up.dot(cuboid.center) + 0.5 * cuboid.size[axis] * rise[axis];
+    if (!isBelow(cuboid, height)) continue;
     auto& floor = floors[std::lround(up.dot(cuboid.center) / kStep)];
     const double area = cuboid.volume() / cuboid.size[axis];
     floor.first += area;

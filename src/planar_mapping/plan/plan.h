@@ -114,8 +114,9 @@ PLANAR_MAPPING_EXPORT const Plan& storeyBelow(const std::vector<Plan>& plans, do
 PLANAR_MAPPING_EXPORT Plan planAround(const PlanarMap& map, const Vector3& sensor, double reach,
                                       const RobotModel& robot = RobotModel(), double cell = 0.0);
 
-/// Height along \p up of the floor of most area among the level faces below most of the sensors,
-/// among all without sensors; of the lowest cuboid where there is no level face, 0 without cuboids.
+/// Height along \p up of the floor of most area among the level faces below the sensor of middle
+/// height and within 10 m of it, among all without sensors; of the lowest cuboid where there is no
+/// level face, 0 without cuboids.
 PLANAR_MAPPING_EXPORT double floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
                                          const std::vector<Vector3>& sensors = {});
 

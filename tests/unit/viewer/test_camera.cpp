@@ -179,17 +179,17 @@ TEST(GroundHeight, IsZeroWhereTheMapStandsOnIt) {
   EXPECT_EQ(groundHeight(SceneContent()), 0.0);
 }
 
-/// A floor is where the map has it, not where z is 0: 0.6 m is the height of a table.
-TEST(GroundHeight, IsThatOfAFloorWithNextToNothingBelow) {
+/// A floor is where the map has it, not where z is 0.
+TEST(GroundHeight, IsThatOfTheLargestFloor) {
   SceneContent content;
   content.cuboids.push_back(testing::plate({0, 0, 0.55}, {0, 0, 1}, 2, 1.5, 0, 0.1));  // 3 m2
-  EXPECT_EQ(groundHeight(content), 0.0);
+  EXPECT_NEAR(groundHeight(content), 0.55, 1e-9);
   content.cuboids.push_back(testing::plate({3, 0, 0.58}, {0.02, 0, 1}, 3, 1.5, 0, 0.1));
   EXPECT_NEAR(groundHeight(content), 0.568, 0.005);
   content.cuboids.push_back(testing::plate({0, 2, 0.5}, {0, 1, 0}, 2, 1, 1, 0.1));  // a wall on it
   EXPECT_NEAR(groundHeight(content), 0.568, 0.005);
-  content.cuboids.push_back(testing::plate({0, 2, -0.9}, {0, 1, 0}, 2, 1, 1, 0.1));
-  EXPECT_LT(groundHeight(content), -1.0);  // what has storeys below is no ground
+  content.cuboids.push_back(testing::plate({0, 9, -2.0}, {0, 0, 1}, 4, 4, 2, 0.1));
+  EXPECT_NEAR(groundHeight(content), -2.0, 1e-9);
 }
 
 /// A scan that leans: the street far away is lower than what the sensor stands on.
