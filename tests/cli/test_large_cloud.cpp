@@ -100,6 +100,7 @@ TEST_P(SignalInAPhase, SavesTheFrameInWork) {
   const auto begin = std::make_shared<Clock::time_point>();
   const auto sent = std::make_shared<bool>(false);
   ProgramOptions options;
+  options.timeout_s *= 5.0;  // hundreds of thousands of cuboids, on a busy machine
   options.while_running = [=](pid_t child, const std::string& err) {
     const auto [line, milliseconds] = GetParam();
     if (*sent || err.find(line) == std::string::npos) return;
