@@ -88,17 +88,7 @@ class MissTest {
   /// through it, or because it looks where the cell is and measures other places there?
   int looksThrough(const UnseenCell& cell) const {
     if (!image_.isResponsible(cell.centre)) return kNotPassed;
-    int looks = kNotPassed;
-    // Of what the edge of the image cuts, the part that is seen; that of a cell with its middle.
-    const bool is_seen =
-        image_.isSparse() || image_.look(cell.centre, Vector3::Zero(), true).inside;
-    const DepthImage::Look all = image_.look(cell.centre, half_, image_.isSparse());
-    if ((all.inside || !image_.isSparse()) && is_seen && all.far <= max_range_) {
-      if (isPassed(cell, all, all.far + margin_))
-        looks = image_.isSparse() ? passedByRays(cell, all) : passedByPixels(cell);
-      else if (!image_.isSparse() && !cell.is_planar && isCrossed(cell))
-        looks = kWholeLook;
-    }
+    const int looks = image_.isSparse() ? looksBetweenRays(cell) : looksOfPixels(cell);
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (looks > 0 || !noise_ || !isMissingWhereMeasured(cell)) return looks;
     return kWholeLook;
@@ -110,11 +100,25 @@ class MissTest {
   const DepthImage& image() const { return image_; }
 
  private:
-  /// Does all that is measured over the cell lie beyond a depth? Of a scan but for single points
-  /// before it, which edges of things in between leave in the air.
+  int looksBetweenRays(const UnseenCell& cell) const {
+    const DepthImage::Look all = image_.look(cell.centre, half_, true);
+    if (!all.inside || all.far > max_range_ || !isPassed(cell, all, all.far + margin_))
+      return kNotPassed;
+    return passedByRays(cell, all);
+  }
+  /// Of what the edge of the image cuts, the part that is seen; that of a cell with its middle.
+  int looksOfPixels(const UnseenCell& cell) const {
+    const DepthImage::Look all = image_.look(cell.centre, half_, false);
+    if (all.far > max_range_ ||
+        !(all.inside || image_.look(cell.centre, Vector3::Zero(), true).inside))
+      return kNotPassed;
+    if (all.nearest > all.far + margin_) return passedByPixels(cell);
+    return !cell.is_planar && isCrossed(cell) ? kWholeLook : kNotPassed;
+  }
+  /// Does all that a scan measured over the cell lie beyond a depth, but for single points before
+  /// it, which edges of things in between leave in the air?
   bool isPassed(const UnseenCell& cell, const DepthImage::Look& all, double depth) const {
     if (all.nearest > depth) return true;
-    if (!image_.isSparse()) return false;
     const DepthImage::Sides sides = image_.sidesOf(cell.centre, half_, all.near - margin_, depth);
     return sides.at == 0 && sides.before <= kStray * sides.beyond;
   }
