@@ -12,8 +12,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "planar_mapping/transport/message.h"
-
 namespace planar_mapping::transport {
 namespace {
 
@@ -21,16 +19,13 @@ constexpr std::size_t kMaxConnections = 64;
 constexpr int kBacklog = 32;  // connections that the system takes before ZeroMQ does
 // Descriptors kept for saving: those of files, and of connections of the backlog.
 constexpr int kReserved = 32 + kBacklog;
-constexpr const char* kMonitorAddress = "inproc://connections";
+constexpr int kEvents = ZMQ_EVENT_LISTENING | ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED;
 
 }  // namespace
 
 ConnectionGuard::ConnectionGuard(zmq::context_t& context, zmq::socket_t& listener)
-    : monitor_(context, zmq::socket_type::pair) {
+    : monitor_(context, listener, "connections", kEvents) {
   listener.set(zmq::sockopt::backlog, kBacklog);
-  ::zmq_socket_monitor(listener.handle(), kMonitorAddress,
-                       ZMQ_EVENT_LISTENING | ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
-  monitor_.connect(kMonitorAddress);
   for (int i = 0; i < kReserved; ++i) {
     const int descriptor = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
     if (descriptor >= 0) reserved_.push_back(descriptor);
@@ -47,16 +42,11 @@ void ConnectionGuard::protect(zmq::message_t& part) {
 }
 
 void ConnectionGuard::watch() {
-  while (const std::optional<Received> received = receive(monitor_, false)) {
-    ByteReader reader(received->envelope.data(), received->envelope.size());
-    std::uint16_t event = 0;
-    std::int32_t descriptor = -1;
-    reader.number(event, "event");
-    reader.number(descriptor, "descriptor");
-    if (event == ZMQ_EVENT_LISTENING) listening_ = descriptor;
-    if (event == ZMQ_EVENT_ACCEPTED) connections_.push_back(descriptor);
-    if (event != ZMQ_EVENT_DISCONNECTED) continue;
-    connections_.erase(std::remove(connections_.begin(), connections_.end(), descriptor),
+  while (const std::optional<SocketEvent> event = monitor_.next()) {
+    if (event->type == ZMQ_EVENT_LISTENING) listening_ = event->value;
+    if (event->type == ZMQ_EVENT_ACCEPTED) connections_.push_back(event->value);
+    if (event->type != ZMQ_EVENT_DISCONNECTED) continue;
+    connections_.erase(std::remove(connections_.begin(), connections_.end(), event->value),
                        connections_.end());
   }
   closeOldest(kMaxConnections);

@@ -7,6 +7,7 @@
 #include <zmq.hpp>
 
 #include "planar_mapping/transport/endpoint.h"
+#include "planar_mapping/transport/message.h"
 
 namespace planar_mapping::transport {
 
@@ -29,7 +30,7 @@ class ConnectionGuard {
  private:
   void closeOldest(std::size_t kept);
 
-  zmq::socket_t monitor_;
+  SocketMonitor monitor_;
   int listening_ = -1;            ///< descriptor
   std::vector<int> connections_;  ///< descriptors, the oldest first
   bool protects_ = false;

@@ -83,8 +83,8 @@ class FrontEnd {
   }
 
   void connect() {
+    monitor_.reset();
     socket_ = zmq::socket_t(context_, zmq::socket_type::dealer);
-    monitor_ = zmq::socket_t(context_, zmq::socket_type::pair);
     is_connected_ = false;
     configure(socket_, address_, options_.keys, kMaxControlBody);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);
@@ -93,10 +93,8 @@ class FrontEnd {
     socket_.set(zmq::sockopt::heartbeat_timeout, kMaxSilenceMs);
     if (!options_.keys.peers.empty())
       socket_.set(zmq::sockopt::curve_serverkey, options_.keys.peers.front());
-    const std::string events = "inproc://events" + std::to_string(++connections_);
-    ::zmq_socket_monitor(socket_.handle(), events.c_str(),
-                         ZMQ_EVENT_CONNECTED | ZMQ_EVENT_DISCONNECTED | kHandshakeFailed);
-    monitor_.connect(events);
+    monitor_.emplace(context_, socket_, "events" + std::to_string(++connections_),
+                     ZMQ_EVENT_CONNECTED | ZMQ_EVENT_DISCONNECTED | kHandshakeFailed);
     try {
       socket_.connect(zmqAddress(address_));
     } catch (const zmq::error_t& error) {
@@ -172,6 +170,9 @@ class FrontEnd {
     const std::string within = " within " + secondsText(options_.timeout);
     if (is_connected_)
       throw InputError(peer() + " does not answer" + within + "; is it 'planar_map run --listen'?");
+    if (was_connected_ && !source_)
+      throw InputError(peer() + " closed each connection" + within +
+                       "; is it 'planar_map run --listen', and is our key in its --keys?");
     throw InputError(
         peer() + (source_ ? " did not come back" : " cannot be reached") + within +
         "; start it with 'planar_map run CONFIG --listen HOST:PORT', check address and "
@@ -181,11 +182,10 @@ class FrontEnd {
   /// Takes what came, and waits for something to come until time is up.
   void pump(double seconds) {
     if (options_.stop != nullptr && *options_.stop) throw Interrupted();
-    poll(socket_, monitor_, seconds);
+    poll(socket_, monitor_->reader(), seconds);
     // Events last: whatever a connection brought was there before the event that it is lost.
     std::vector<int> events;
-    while (const std::optional<Received> event = receive(monitor_, false))
-      events.push_back(*event->envelope.data<std::uint16_t>());
+    while (const std::optional<SocketEvent> event = monitor_->next()) events.push_back(event->type);
     while (std::optional<Received> received = receive(socket_, false)) handle(*received);
     if (is_done_) return;
     for (const int event : events) {
@@ -196,6 +196,7 @@ class FrontEnd {
                               : " is no 'planar_map run --listen', or one with other --keys"));
       }
       is_connected_ = event == ZMQ_EVENT_CONNECTED;
+      was_connected_ |= is_connected_;
       if (is_connected_) continue;
       if (!welcome_) std::this_thread::sleep_for(std::chrono::milliseconds(kReconnectMs));
       throw Lost();
@@ -240,10 +241,11 @@ class FrontEnd {
   const std::uint64_t instance_ = randomNumber();
   zmq::context_t context_{1};
   zmq::socket_t socket_;
-  zmq::socket_t monitor_;
+  std::optional<SocketMonitor> monitor_;
   int connections_ = 0;
 
-  bool is_connected_ = false;                     ///< TCP, perhaps without a handshake
+  bool is_connected_ = false;  ///< TCP, perhaps without a handshake
+  bool was_connected_ = false;
   std::optional<Welcome> welcome_;                ///< of the present connection
   bool is_over_ = false;                          ///< the mapping side said Bye
   bool is_done_ = false;                          ///< and has all frames

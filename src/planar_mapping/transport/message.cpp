@@ -88,6 +88,29 @@ void configure(zmq::socket_t& socket, const Endpoint& resolved, const Keys& keys
   socket.set(zmq::sockopt::curve_publickey, keys.public_key);
 }
 
+SocketMonitor::SocketMonitor(zmq::context_t& context, zmq::socket_t& socket,
+                             const std::string& name, int events)
+    : watched_(socket), reader_(context, zmq::socket_type::pair) {
+  const std::string address = "inproc://" + name;
+  ::zmq_socket_monitor(watched_.handle(), address.c_str(), events);
+  reader_.set(zmq::sockopt::rcvhwm, 0);  // ZeroMQ's thread waits where a queue is full
+  reader_.connect(address);
+}
+
+SocketMonitor::~SocketMonitor() {
+  ::zmq_socket_monitor(watched_.handle(), nullptr, 0);
+}
+
+std::optional<SocketEvent> SocketMonitor::next() {
+  const std::optional<Received> received = receive(reader_, false);
+  if (!received) return std::nullopt;
+  SocketEvent event;
+  ByteReader reader(received->envelope.data(), received->envelope.size());
+  reader.number(event.type, "event");
+  reader.number(event.value, "value");
+  return event;
+}
+
 std::optional<Received> receive(zmq::socket_t& socket, bool is_router) {
   std::vector<zmq::message_t> parts;
   try {

@@ -262,6 +262,33 @@ void configure(zmq::socket_t& socket, const Endpoint& resolved, const Keys& keys
                std::size_t max_body);
 /// Does not wait. \param is_router  the first part is the sender
 std::optional<Received> receive(zmq::socket_t& socket, bool is_router);
+
+struct SocketEvent {
+  std::uint16_t type = 0;   ///< ZMQ_EVENT_...
+  std::int32_t value = -1;  ///< of most types: the descriptor of the connection
+};
+
+/// What ZeroMQ reports of the connections of a socket; must not outlive it. ZeroMQ's thread would
+/// wait for ever for a reader that is gone, so that it is told before.
+class SocketMonitor {
+ public:
+  /// \param name    unlike those of other monitors of the context
+  /// \param events  ZMQ_EVENT_...
+  SocketMonitor(zmq::context_t& context, zmq::socket_t& socket, const std::string& name,
+                int events);
+  ~SocketMonitor();
+  SocketMonitor(const SocketMonitor&) = delete;
+  SocketMonitor& operator=(const SocketMonitor&) = delete;
+
+  /// Does not wait.
+  std::optional<SocketEvent> next();
+  zmq::socket_t& reader() { return reader_; }
+
+ private:
+  zmq::socket_t& watched_;
+  zmq::socket_t reader_;
+};
+
 enum class Sent { Yes, QueueFull, Unreachable };
 /// Does not wait. \param peer  of a ROUTER; else empty
 Sent send(zmq::socket_t& socket, const std::string& peer, MessageType type, std::uint64_t instance,

@@ -238,6 +238,22 @@ TEST(FrontEnd, AMapperThatNeverAnswersIsGivenUp) {
   EXPECT_TRUE(contains(error, "does not answer within 0.3 s; is it 'planar_map run --listen'?"));
 }
 
+TEST(FrontEnd, ItTriesAgainAfterEachConnectionThatIsClosed) {
+  // A connection is given up while ZeroMQ's thread still reports of it: that must not stop it.
+  TcpPeer listening = TcpPeer::listening();
+  constexpr int kClosed = 12;
+  auto closing = std::async(std::launch::async, [&]() {
+    for (int i = 0; i < kClosed; ++i) (void)listening.accept();
+  });
+  const std::string error = errorOf([&]() {
+    sendFakeFrames({"127.0.0.1", listening.port()}, {}, frontEndOptions(3.0));
+  });
+  EXPECT_EQ(std::future_status::ready, closing.wait_for(milliseconds(0)));
+  while (closing.wait_for(milliseconds(0)) != std::future_status::ready)
+    TcpPeer::to(listening.port());
+  EXPECT_FALSE(error.empty());
+}
+
 TEST(FrontEnd, SomethingElseThanAMapperIsNamed) {
   for (const std::string& greeting :
        {std::string("HTTP/1.1 400 Bad Request\r\n\r\n"), std::string("SSH-2.0-OpenSSH\r\n"),
