@@ -28,12 +28,6 @@ constexpr double kBlindReach = 5.0;
 /// Between two places of the path the robot went straight, metres.
 constexpr double kMaxStride = 2.0;
 
-Cuboid turned(const Quaternion& turn, Cuboid cuboid) {
-  cuboid.center = turn * cuboid.center;
-  cuboid.orientation = turn * cuboid.orientation;
-  return cuboid;
-}
-
 /// Part of the vertical line through a place that is in a cuboid, grown along x and y.
 bool spanOf(const Cuboid& cuboid, const Matrix3& to_local, const Vector2& at, double grow,
             double& low, double& high) {
@@ -49,25 +43,11 @@ bool spanOf(const Cuboid& cuboid, const Matrix3& to_local, const Vector2& at, do
 
 }  // namespace
 
-PlanBuilder::PlanBuilder(const PlanSource& source, const RobotModel& robot, double cell)
-    : unseen_(source.unseen),
-      knows_sides_(source.knows_sides),
-      resolution_(source.resolution),
-      robot_(robot) {
-  const Quaternion turn = turning(source.up, Vector3::UnitZ());
-  for (const Cuboid& cuboid : source.occupied)
-    if (cuboid.state == CellState::Occupied) occupied_.push_back(turned(turn, cuboid));
-  for (const Cuboid& cuboid : source.space) space_.push_back(turned(turn, cuboid));
-  for (const Vector3& place : source.path) path_.push_back(turn * place);
-  for (const GroundPoint& point : source.ground)
-    ground_.push_back({turn * point.position, point.points});
-  floors_ = source.floors;
-  for (MeasuredCells& floor : floors_)
-    for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
-  planes_ = source.planes;
-  for (MapPlane& plane : planes_) plane.plane.normal = turn * plane.plane.normal;
-  raster_.cell = cell;
-  has_path_ = !path_.empty();
+PlanBuilder::PlanBuilder(PlanSource source, const RobotModel& robot, double cell)
+    : source_(std::move(source)), robot_(robot) {
+  source_.turn(turning(source_.up, Vector3::UnitZ()));
+  eraseIf(source_.occupied, [](const Cuboid& c) { return c.state != CellState::Occupied; });
+  raster_.cell = cell > 0.0 ? cell : source_.resolution;
 }
 
 std::vector<Plan> PlanBuilder::plans() {
@@ -90,16 +70,16 @@ std::vector<Plan> PlanBuilder::plans() {
 
 void PlanBuilder::placeRaster() {
   Eigen::AlignedBox2d box;
-  for (const Cuboid& cuboid : occupied_) {
+  for (const Cuboid& cuboid : source_.occupied) {
     const Vector3 half = planar_mapping::reach(cuboid);
     box.extend(Eigen::Vector2d((cuboid.center - half).head<2>()));
     box.extend(Eigen::Vector2d((cuboid.center + half).head<2>()));
   }
-  for (const GroundPoint& point : ground_) {
+  for (const GroundPoint& point : source_.ground) {
     box.extend(Eigen::Vector2d(point.position.head<2>().array() - 1.0));
     box.extend(Eigen::Vector2d(point.position.head<2>().array() + 1.0));
   }
-  for (const Vector3& place : path_) {
+  for (const Vector3& place : source_.path) {
     box.extend(Eigen::Vector2d(place.head<2>().array() - robot_.radius));
     box.extend(Eigen::Vector2d(place.head<2>().array() + robot_.radius));
   }
@@ -133,7 +113,7 @@ void PlanBuilder::forNeighbours(std::size_t cell, int reach, const Visit& visit)
 
 void PlanBuilder::addFaces() {
   const double least_rise = std::cos(robot_.max_slope);
-  for (const Cuboid& cuboid : occupied_) {
+  for (const Cuboid& cuboid : source_.occupied) {
     const Matrix3 axes = cuboid.orientation.toRotationMatrix();
     const Vector3 half = planar_mapping::reach(cuboid);
     Vector3 normal = axes.col(2);
@@ -141,7 +121,7 @@ void PlanBuilder::addFaces() {
     if (cuboid.plane_id < 0) {
       // The points of a grid cell are in its middle, as far as one knows.
       level.kind = FloorLevel::Kind::Clutter;
-      level.height = float(cuboid.center.z() + half.z() - 0.5 * resolution_);
+      level.height = float(cuboid.center.z() + half.z() - 0.5 * source_.resolution);
       raster_.around(cuboid.center.head<2>(), half.head<2>(), [&](int x, int y) {
         double low = 0.0, high = 0.0;
         if (spanOf(cuboid, axes.transpose(), raster_.middleOf(x, y), 0.0, low, high))
@@ -151,14 +131,14 @@ void PlanBuilder::addFaces() {
     }
     double offset = normal.dot(cuboid.center);
     const auto plane =
-        std::lower_bound(planes_.begin(), planes_.end(), cuboid.plane_id,
+        std::lower_bound(source_.planes.begin(), source_.planes.end(), cuboid.plane_id,
                          [](const MapPlane& p, std::int32_t id) { return p.id < id; });
-    if (plane != planes_.end() && plane->id == cuboid.plane_id &&
+    if (plane != source_.planes.end() && plane->id == cuboid.plane_id &&
         std::abs(plane->plane.signedDistance(cuboid.center)) <= 0.5 * cuboid.size.z() + 1e-6) {
       normal = plane->plane.normal;
       offset = -plane->plane.offset;
     }
-    if (!knows_sides_ && normal.z() < 0.0) {
+    if (!source_.knows_sides && normal.z() < 0.0) {
       normal = -normal;
       offset = -offset;
     }
@@ -181,16 +161,16 @@ void PlanBuilder::addFaces() {
 void PlanBuilder::addMeasured() {
   FloorLevel level;
   level.kind = FloorLevel::Kind::Floor;
-  for (const MeasuredCells& floor : floors_) {
-    const double rise = knows_sides_ ? floor.n.z() : std::abs(floor.n.z());
+  for (const MeasuredCells& floor : source_.floors) {
+    const double rise = source_.knows_sides ? floor.n.z() : std::abs(floor.n.z());
     if (rise < std::cos(robot_.max_slope)) continue;
     level.slope_x = float(-floor.n.x() / floor.n.z());
     level.slope_y = float(-floor.n.y() / floor.n.z());
-    const double half = 0.5 * resolution_;
+    const double half = 0.5 * source_.resolution;
     const Vector2 reach = half * (floor.u.head<2>().cwiseAbs() + floor.v.head<2>().cwiseAbs());
     for (const auto& [a, b] : floor.cells) {
       const Vector3 middle =
-          floor.origin + resolution_ * ((a + 0.5) * floor.u + (b + 0.5) * floor.v);
+          floor.origin + source_.resolution * ((a + 0.5) * floor.u + (b + 0.5) * floor.v);
       raster_.around(middle.head<2>(), reach, [&](int x, int y) {
         const Vector2 off = raster_.middleOf(x, y) - middle.head<2>();
         const Vector3 on(off.x(), off.y(), level.slope_x * off.x() + level.slope_y * off.y());
@@ -209,19 +189,19 @@ void PlanBuilder::addGround() {
   constexpr double kSide = 2.0;
   CellLists<std::uint32_t>::Found near;
   const Vector2 reach = Vector2::Constant(kSide - 1e-6);
-  for (std::uint32_t i = 0; i < ground_.size(); ++i)
-    raster_.around(ground_[i].position.head<2>(), reach,
+  for (std::uint32_t i = 0; i < source_.ground.size(); ++i)
+    raster_.around(source_.ground[i].position.head<2>(), reach,
                    [&](int x, int y) { near.emplace_back(std::uint32_t(raster_.at(x, y)), i); });
   CellLists<std::uint32_t> places;
   places.build(raster_.count(), near);
   for (std::size_t cell = 0; cell < raster_.count(); ++cell) {
     const Vector2 at = raster_.middleOf(raster_.xOf(cell), raster_.yOf(cell));
     for (std::uint32_t i = places.begin(cell); i < places.end(cell); ++i) {
-      const Vector3& middle = ground_[places[i]].position;
+      const Vector3& middle = source_.ground[places[i]].position;
       if ((middle.head<2>() - at).cwiseAbs().maxCoeff() > 0.5 * kSide) continue;
       double sum = 0.0, weights = 0.0;
       for (std::uint32_t k = places.begin(cell); k < places.end(cell); ++k) {
-        const Vector3& other = ground_[places[k]].position;
+        const Vector3& other = source_.ground[places[k]].position;
         // Ground that is not steeper goes on into the next square.
         if (std::abs(other.z() - middle.z()) > kSide * std::tan(robot_.max_slope)) continue;
         const Vector2 off = (other.head<2>() - at).cwiseAbs() / kSide;
@@ -379,7 +359,7 @@ void PlanBuilder::addPath() {
   std::vector<std::pair<Vector2, FloorLevel>> floors;
   std::optional<Vector3> last;
   std::vector<std::pair<std::uint32_t, float>> stood;  // cells and heights of floors below
-  for (const Vector3& sensor : path_) {
+  for (const Vector3& sensor : source_.path) {
     // Frames of one place add nothing.
     if (last && (sensor - *last).norm() < 0.5 * raster_.cell) continue;
     last = sensor;
@@ -411,13 +391,13 @@ void PlanBuilder::addPath() {
 
 void PlanBuilder::stackObstacles() {
   CellLists<Interval>::Found found;
-  for (const Cuboid& cuboid : occupied_) {
+  for (const Cuboid& cuboid : source_.occupied) {
     const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
     const Vector3 half = planar_mapping::reach(cuboid);
     // Points are in the middle of grid cells and of the cuboids of level faces.
     const bool is_level =
         cuboid.plane_id >= 0 && std::abs(to_local(2, 2)) > std::cos(robot_.max_slope);
-    const double lower = cuboid.plane_id < 0 ? 0.5 * resolution_
+    const double lower = cuboid.plane_id < 0 ? 0.5 * source_.resolution
                          : is_level          ? 0.5 * cuboid.size.z()
                                              : 0.0;
     raster_.around(cuboid.center.head<2>(), half.head<2>(), [&](int x, int y) {
@@ -449,9 +429,9 @@ void PlanBuilder::lookAbove() {
     high = std::max(high, levels_[i].height);
   }
   if (!(low <= high)) low = high = 0.0f;
-  free_.emplace(raster_, low - 2.0 * robot_.max_step - 4.0 * resolution_,
-                high + robot_.height + 2.0 * resolution_, resolution_);
-  for (const Cuboid& cuboid : space_) {
+  free_.emplace(raster_, low - 2.0 * robot_.max_step - 4.0 * source_.resolution,
+                high + robot_.height + 2.0 * source_.resolution, source_.resolution);
+  for (const Cuboid& cuboid : source_.space) {
     const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
     const Vector3 half = planar_mapping::reach(cuboid);
     if (to_local.diagonal().minCoeff() > 1.0 - 1e-12) {  // most are along the axes
@@ -471,15 +451,15 @@ void PlanBuilder::lookAbove() {
         free_->mark(raster_.at(x, y), from, to);
     });
   }
-  if (unseen_ == Unseen::Free) free_->invert();
+  if (source_.unseen == Unseen::Free) free_->invert();
   for (std::uint32_t i = 0; i < levels_.size(); ++i) {
     const FloorLevel& level = levels_[i];
     const double from = level.height + robot_.max_step;
-    const double to = std::max(level.height + robot_.height, from + resolution_);
+    const double to = std::max(level.height + robot_.height, from + source_.resolution);
     // The first and the last step of the column are cut by what stands below and above.
     const FreeColumns::Count all = free_->count(cell_of_[i], from, to);
     const FreeColumns::Count inner =
-        free_->count(cell_of_[i], from + resolution_, to - resolution_);
+        free_->count(cell_of_[i], from + source_.resolution, to - source_.resolution);
     states_[i].is_blocked = isBlocked(cell_of_[i], level.height);
     states_[i].is_seen = level.kind == FloorLevel::Kind::Path ||
                          (inner.free == inner.all && 2 * all.free >= all.all);
@@ -518,13 +498,13 @@ void PlanBuilder::reach() {
 
 bool PlanBuilder::isHollow(std::size_t cell, double floor, double thickness) const {
   // Where all is free that nobody saw, free space says nothing.
-  if (unseen_ == Unseen::Free) return false;
+  if (source_.unseen == Unseen::Free) return false;
   const double below = floor - robot_.max_step;
   return free_->count(cell, below - thickness, below).free > 0;
 }
 
 void PlanBuilder::findEdges() {
-  const int reach = std::max(1, int(std::lround(resolution_ / raster_.cell)));
+  const int reach = std::max(1, int(std::lround(source_.resolution / raster_.cell)));
   const double steepest = std::tan(robot_.max_slope);
   for (std::uint32_t i = 0; i < levels_.size(); ++i) {
     if (!states_[i].is_reached || states_[i].is_blocked) continue;
@@ -536,7 +516,8 @@ void PlanBuilder::findEdges() {
           levels_[k].height > height - robot_.height)
         states_[i].is_edge = true;
     // Where space below the floor was seen there is a gap in it that its cuboids bridge.
-    if (levels_[i].kind != FloorLevel::Kind::Path && isHollow(cell_of_[i], height, resolution_))
+    if (levels_[i].kind != FloorLevel::Kind::Path &&
+        isHollow(cell_of_[i], height, source_.resolution))
       states_[i].is_edge = true;
     forNeighbours(cell_of_[i], reach, [&](std::size_t cell, double distance) {
       const double tolerance = std::max(robot_.max_step, distance * raster_.cell * steepest);
@@ -544,14 +525,14 @@ void PlanBuilder::findEdges() {
       const auto next = levelNear(cell, height, tolerance);
       if (next && levels_[*next].kind != FloorLevel::Kind::Guessed) {
         if (levels_[*next].kind != FloorLevel::Kind::Path &&
-            isHollow(cell, levels_[*next].height, resolution_))
+            isHollow(cell, levels_[*next].height, source_.resolution))
           states_[i].is_edge = true;
         return;
       }
       bool is_drop = false;
       for (std::uint32_t k = levels_.begin(cell); k < levels_.end(cell); ++k)
         is_drop |= levels_[k].height < height - tolerance;
-      is_drop |= isHollow(cell, height, 2.0 * resolution_);
+      is_drop |= isHollow(cell, height, 2.0 * source_.resolution);
       (is_drop ? states_[i].is_edge : states_[i].is_rim) = true;
     });
     // The robot stood there.
@@ -631,7 +612,7 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
     open.push_back(std::uint32_t(cell));
   }
   if (chosen.empty()) {  // what stands is shown nevertheless
-    const double guess = floorHeight(occupied_, Vector3::UnitZ(), path_);
+    const double guess = floorHeight(source_.occupied, Vector3::UnitZ(), source_.path);
     for (std::size_t cell = 0; cell < raster_.count(); ++cell)
       if (isBlocked(cell, guess)) plan.values[cell] = Plan::kOccupied;
   }
@@ -694,11 +675,12 @@ std::string PlanBuilder::noteOf(const Plan& plan, const std::vector<std::uint32_
     note += 2 * unseen > levels.size() ? ": a lower --robot-height or frames that look higher help"
                                        : "";
   }
-  if (floors_.empty() && levels_.size() > 0)
+  if (source_.floors.empty() && levels_.size() > 0)
     note += "; where floors were measured is not known, as in finished maps: plan before finishing";
-  if (!ground_.empty())
+  if (!source_.ground.empty())
     note += "; removed ground is free only below the path: keep the ground for a plan";
-  if (!has_path_) note += "; the map has no path: the robot is taken to stand on the largest floor";
+  if (source_.path.empty())
+    note += "; the map has no path: the robot is taken to stand on the largest floor";
   return note;
 }
 

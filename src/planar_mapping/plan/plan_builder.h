@@ -12,7 +12,8 @@ namespace planar_mapping::detail {
 /// Finds what is standable of a map, step by step: floors, path, space, reach, edges, storeys.
 class PlanBuilder {
  public:
-  PlanBuilder(const PlanSource& source, const RobotModel& robot, double cell);
+  /// \param cell 0 = the resolution of the map
+  PlanBuilder(PlanSource source, const RobotModel& robot, double cell);
   std::vector<Plan> plans();
 
  private:
@@ -52,14 +53,7 @@ class PlanBuilder {
   template <typename Visit>
   void forNeighbours(std::size_t cell, int reach, const Visit& visit) const;
 
-  std::vector<Cuboid> occupied_, space_;  ///< z up
-  std::vector<Vector3> path_;             ///< z up
-  std::vector<GroundPoint> ground_;       ///< z up
-  std::vector<MapPlane> planes_;          ///< z up, by id
-  std::vector<MeasuredCells> floors_;     ///< z up
-  Unseen unseen_;
-  bool knows_sides_;
-  double resolution_;
+  PlanSource source_;  ///< z up
   RobotModel robot_;
   PlanRaster raster_;
   CellLists<FloorLevel>::Found found_;
@@ -70,7 +64,6 @@ class PlanBuilder {
   std::vector<State> states_;
   CellLists<Interval> obstacles_;
   std::optional<FreeColumns> free_;
-  bool has_path_ = false;
 };
 
 }  // namespace planar_mapping::detail
