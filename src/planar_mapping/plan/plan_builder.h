@@ -9,6 +9,13 @@
 
 namespace planar_mapping::detail {
 
+/// Smallest floor of a room: smaller level faces are furniture, square metres.
+constexpr double kMinFloor = 4.0;
+
+/// Part of the vertical line through a place that is in a cuboid, grown along x and y.
+bool spanOf(const Cuboid& cuboid, const Matrix3& to_local, const Vector2& at, double grow,
+            double& low, double& high);
+
 /// Finds what is standable of a map, step by step: floors, path, space, reach, edges, storeys.
 class PlanBuilder {
  public:
