@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <deque>
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
@@ -32,7 +31,6 @@ std::vector<Plan> PlanBuilder::plans() {
   addMeasured();
   addGround();
   sortLevels();
-  markParts();
   stackObstacles();
   addPath();
   lookAbove();
@@ -79,12 +77,11 @@ void PlanBuilder::placeRaster() {
 template <typename Visit>
 void PlanBuilder::forNeighbours(std::size_t cell, int reach, const Visit& visit) const {
   const int x = raster_.xOf(cell), y = raster_.yOf(cell);
-  for (int dy = -reach; dy <= reach; ++dy) {
-    for (int dx = -reach; dx <= reach; ++dx) {
-      if ((dx == 0 && dy == 0) || !raster_.has(x + dx, y + dy)) continue;
-      visit(raster_.at(x + dx, y + dy), std::sqrt(double(dx * dx + dy * dy)));
-    }
-  }
+  const int left = std::max(-reach, -x), right = std::min(reach, raster_.width - 1 - x);
+  const int below = std::max(-reach, -y), above = std::min(reach, raster_.height - 1 - y);
+  for (int dy = below; dy <= above; ++dy)
+    for (int dx = left; dx <= right; ++dx)
+      if (dx != 0 || dy != 0) visit(raster_.at(x + dx, y + dy), dx * dx + dy * dy);
 }
 
 void PlanBuilder::stackObstacles() {
@@ -158,15 +155,17 @@ void PlanBuilder::lookAbove() {
     const FreeColumns::Count all = free_->count(cell_of_[i], from, to);
     const FreeColumns::Count inner =
         free_->count(cell_of_[i], from + source_.resolution, to - source_.resolution);
+    const bool is_path = level.kind == FloorLevel::Kind::Path;
     states_[i].is_blocked = isBlocked(cell_of_[i], level.height);
-    states_[i].is_seen = level.kind == FloorLevel::Kind::Path ||
-                         (inner.free == inner.all && 2 * all.free >= all.all);
+    states_[i].is_seen = is_path || (inner.free == inner.all && 2 * all.free >= all.all);
+    states_[i].is_hollow = !is_path && isHollow(cell_of_[i], level.height, source_.resolution);
   }
 }
 
 void PlanBuilder::reach() {
   if (seeds_.empty() && levels_.size() > 0) {
     // Where the robot was is not known: on the largest floor that one can stand on.
+    markParts();
     const auto rankOf = [&](std::uint32_t i) {
       if (states_[i].is_blocked || !levels_[i].isMeasured()) return 0.0;
       return part_area_[i] + (states_[i].is_seen ? kMaxCells : 0.0);
@@ -176,7 +175,7 @@ void PlanBuilder::reach() {
       if (rankOf(i) > rankOf(largest)) largest = i;
     if (rankOf(largest) > 0.0) seeds_.push_back(largest);
   }
-  std::deque<std::uint32_t> open;
+  std::vector<std::uint32_t> open;
   const auto take = [&](std::uint32_t i) {
     if (states_[i].is_reached) return;
     states_[i].is_reached = true;
@@ -185,9 +184,9 @@ void PlanBuilder::reach() {
   };
   for (const std::uint32_t seed : seeds_) take(seed);
   while (!open.empty()) {
-    const std::uint32_t i = open.front();
-    open.pop_front();
-    forNeighbours(cell_of_[i], 2, [&](std::size_t cell, double) {
+    const std::uint32_t i = open.back();
+    open.pop_back();
+    forNeighbours(cell_of_[i], 2, [&](std::size_t cell, int) {
       for (std::uint32_t k = levels_.begin(cell); k < levels_.end(cell); ++k)
         if (std::abs(levels_[k].height - levels_[i].height) <= robot_.max_step) take(k);
     });
@@ -214,17 +213,15 @@ void PlanBuilder::findEdges() {
           levels_[k].height > height - robot_.height)
         states_[i].is_edge = true;
     // Where space below the floor was seen there is a gap in it that its cuboids bridge.
-    if (levels_[i].kind != FloorLevel::Kind::Path &&
-        isHollow(cell_of_[i], height, source_.resolution))
-      states_[i].is_edge = true;
-    forNeighbours(cell_of_[i], reach, [&](std::size_t cell, double distance) {
-      const double tolerance = std::max(robot_.max_step, distance * raster_.cell * steepest);
-      if (isBlocked(cell, height)) return;
+    states_[i].is_edge |= states_[i].is_hollow;
+    forNeighbours(cell_of_[i], reach, [&](std::size_t cell, int squared) {
+      const double tolerance =
+          std::max(robot_.max_step, std::sqrt(double(squared)) * raster_.cell * steepest);
       const auto next = levelNear(cell, height, tolerance);
-      if (next && levels_[*next].kind != FloorLevel::Kind::Guessed) {
-        if (levels_[*next].kind != FloorLevel::Kind::Path &&
-            isHollow(cell, levels_[*next].height, source_.resolution))
-          states_[i].is_edge = true;
+      const bool is_floor = next && levels_[*next].kind != FloorLevel::Kind::Guessed;
+      if ((is_floor && !states_[*next].is_hollow) || isBlocked(cell, height)) return;
+      if (is_floor) {
+        states_[i].is_edge = true;
         return;
       }
       bool is_drop = false;
@@ -250,9 +247,9 @@ std::vector<double> PlanBuilder::storeyHeights() const {
     }
   }
   if (heights.empty()) return {0.0};
+  if (is_one) return {ranked(heights, heights.size() / 2)};
   std::sort(heights.begin(), heights.end());
   std::vector<double> storeys;
-  if (is_one) return {heights[heights.size() / 2]};
   // The most floor within a step, then what is a robot's height away from it.
   while (true) {
     std::size_t most = 0, from = 0;
@@ -266,7 +263,7 @@ std::vector<double> PlanBuilder::storeyHeights() const {
     if (double(most) * raster_.cell * raster_.cell < kMinFloor && !storeys.empty()) break;
     storeys.push_back(best);
     const auto is_near = [&](float h) { return std::abs(h - best) < robot_.height; };
-    heights.erase(std::remove_if(heights.begin(), heights.end(), is_near), heights.end());
+    eraseIf(heights, is_near);
     if (heights.empty()) break;
   }
   std::sort(storeys.begin(), storeys.end());
@@ -287,7 +284,7 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
   plan.heights.assign(raster_.count(), NAN);
   std::vector<std::uint32_t> chosen;
   std::vector<float> floor(raster_.count(), NAN);  // of the nearest cell that is reached
-  std::deque<std::uint32_t> open;
+  std::vector<std::uint32_t> open;
   for (std::size_t cell = 0; cell < raster_.count(); ++cell) {
     const std::uint32_t none = std::uint32_t(-1);
     std::uint32_t best = none;
@@ -314,9 +311,8 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
     for (std::size_t cell = 0; cell < raster_.count(); ++cell)
       if (isBlocked(cell, guess)) plan.values[cell] = Plan::kOccupied;
   }
-  while (!open.empty()) {
-    const std::uint32_t cell = open.front();
-    open.pop_front();
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    const std::uint32_t cell = open[k];
     const int x = raster_.xOf(cell), y = raster_.yOf(cell);
     for (const auto& [nx, ny] : {std::pair(x + 1, y), {x - 1, y}, {x, y + 1}, {x, y - 1}}) {
       if (!raster_.has(nx, ny)) continue;
@@ -343,8 +339,7 @@ Plan PlanBuilder::planOf(const std::vector<double>& storeys, std::size_t storey)
   heights.reserve(chosen.size());
   for (const std::uint32_t i : chosen) heights.push_back(levels_[i].height);
   if (!heights.empty()) {
-    std::nth_element(heights.begin(), heights.begin() + long(heights.size() / 2), heights.end());
-    plan.floor = heights[heights.size() / 2];
+    plan.floor = ranked(heights, heights.size() / 2);
   }
   plan.note = noteOf(plan, chosen);
   return plan;

@@ -28,6 +28,7 @@ class PlanBuilder {
   struct State {
     bool is_blocked = false;  ///< something stands in the robot's height
     bool is_seen = false;     ///< free up to the robot's height
+    bool is_hollow = false;   ///< space below the floor was seen free
     bool is_reached = false;  ///< without a step
     bool is_edge = false;     ///< beside a drop
     bool is_rim = false;      ///< beside what was not measured
@@ -56,7 +57,7 @@ class PlanBuilder {
   bool isHollow(std::size_t cell, double floor, double thickness) const;
   /// The level at a cell that is no step away from a height, if there is one.
   std::optional<std::uint32_t> levelNear(std::size_t cell, double height, double tolerance) const;
-  /// Calls visit(cell, distance in cells) for the cells around one.
+  /// Calls visit(cell, squared distance in cells) for the cells around one.
   template <typename Visit>
   void forNeighbours(std::size_t cell, int reach, const Visit& visit) const;
 

@@ -279,6 +279,8 @@ void PlanBuilder::addDisc(const Vector2& place, const Vector2& next, const Floor
 }
 
 void PlanBuilder::addPath() {
+  if (source_.path.empty()) return;
+  markParts();
   std::vector<std::pair<Vector2, FloorLevel>> floors;
   std::optional<Vector3> last;
   std::vector<std::pair<std::uint32_t, float>> stood;  // cells and heights of floors below
@@ -302,10 +304,7 @@ void PlanBuilder::addPath() {
                          std::abs(floors[i + 1].second.height - floor.height) <= robot_.max_step;
     addDisc(place, goes_on ? floors[i + 1].first : place, floor);
   }
-  if (!floors.empty()) {
-    sortLevels();
-    markParts();
-  }
+  if (!floors.empty()) sortLevels();
   for (const auto& [cell, height] : stood)
     if (const auto level = levelNear(cell, height, robot_.max_step)) seeds_.push_back(*level);
   for (std::uint32_t i = 0; i < levels_.size(); ++i)
