@@ -188,7 +188,9 @@ void PlanBuilder::reach() {
     open.pop_back();
     forNeighbours(cell_of_[i], 2, [&](std::size_t cell, int) {
       for (std::uint32_t k = levels_.begin(cell); k < levels_.end(cell); ++k)
-        if (std::abs(levels_[k].height - levels_[i].height) <= robot_.max_step) take(k);
+        if (!states_[k].is_reached &&
+            std::abs(levels_[k].height - levels_[i].height) <= robot_.max_step)
+          take(k);
     });
   }
 }
