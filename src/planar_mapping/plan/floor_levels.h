@@ -94,7 +94,6 @@ class FreeColumns {
     int first, last;
   };
   Steps stepsOf(double from, double to) const { return {stepAbove(from), stepAbove(to)}; }
-  void mark(std::size_t cell, double from, double to);
   void mark(std::size_t cell, const Steps& steps);
   void invert();
   /// Of the steps with their middles between two heights: how many there are, and are free.

@@ -100,9 +100,9 @@ PLANAR_MAPPING_EXPORT PlanSource planSourceOf(const PlanarMap& map);
 /// also at the rim of the floor that was measured and on removed ground, which is known by squares
 /// of 2 m only. Places of the path count as seen, with the robot's radius, where the height of the
 /// sensor over the nearest floor is possible. Without a path the robot is taken to stand on the
-/// largest floor. Storeys are floors over each other, a robot's height apart or more. \param cell
-/// side, metres; 0 = the resolution of the map \throws ParameterError if cell or robot are out of
-/// range, or there would be too many cells
+/// largest floor of 4 m2 or more. Storeys are floors over each other, a robot's height apart or
+/// more. \param cell side, metres; 0 = the resolution of the map \throws ParameterError if cell or
+/// robot are out of range, or there would be too many cells
 PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(PlanSource source, const RobotModel& robot,
                                                 double cell = 0.0);
 PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(const PlanarMap& map,

@@ -143,7 +143,7 @@ void PlanBuilder::lookAbove() {
     raster_.around(cuboid.center.head<2>(), half.head<2>(), [&](int x, int y) {
       double from = 0.0, to = 0.0;
       if (spanOf(cuboid, to_local, raster_.middleOf(x, y), 0.0, from, to))
-        free_->mark(raster_.at(x, y), from, to);
+        free_->mark(raster_.at(x, y), free_->stepsOf(from, to));
     });
   }
   if (source_.unseen == Unseen::Free) free_->invert();
@@ -164,10 +164,11 @@ void PlanBuilder::lookAbove() {
 
 void PlanBuilder::reach() {
   if (seeds_.empty() && levels_.size() > 0) {
-    // Where the robot was is not known: on the largest floor that one can stand on.
+    // Where the robot was is not known: on the largest floor that one can stand on, no table.
     markParts();
     const auto rankOf = [&](std::uint32_t i) {
-      if (states_[i].is_blocked || !levels_[i].isMeasured()) return 0.0;
+      if (states_[i].is_blocked || !levels_[i].isMeasured() || part_area_[i] < kMinFloor)
+        return 0.0;
       return part_area_[i] + (states_[i].is_seen ? kMaxCells : 0.0);
     };
     std::uint32_t largest = 0;
@@ -220,7 +221,7 @@ void PlanBuilder::findEdges() {
       const double tolerance =
           std::max(robot_.max_step, std::sqrt(double(squared)) * raster_.cell * steepest);
       const auto next = levelNear(cell, height, tolerance);
-      const bool is_floor = next && levels_[*next].kind != FloorLevel::Kind::Guessed;
+      const bool is_floor = next && levels_[*next].isMeasured();
       if ((is_floor && !states_[*next].is_hollow) || isBlocked(cell, height)) return;
       if (is_floor) {
         states_[i].is_edge = true;
@@ -370,12 +371,18 @@ std::string PlanBuilder::noteOf(const Plan& plan, const std::vector<std::uint32_
     note += 2 * unseen > levels.size() ? ": a lower --robot-height or frames that look higher help"
                                        : "";
   }
+  const std::vector<float> distances = plan.distances();
+  bool fits = free == 0.0;
+  for (std::size_t i = 0; i < distances.size() && !fits; ++i)
+    fits = plan.values[i] == Plan::kFree && distances[i] > robot_.radius;
+  if (!fits) note += "; the robot is too wide: each free cell is within its radius of an obstacle";
   if (source_.floors.empty() && levels_.size() > 0)
     note += "; where floors were measured is not known, as in finished maps: plan before finishing";
   if (!source_.ground.empty())
     note += "; removed ground is free only below the path: keep the ground for a plan";
   if (source_.path.empty())
-    note += "; the map has no path: the robot is taken to stand on the largest floor";
+    note +=
+        "; the map has no path: the robot is taken to stand on the largest floor of 4 m2 or more";
   return note;
 }
 
