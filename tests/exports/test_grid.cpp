@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <set>
 
 #include "export_scene.h"
 #include "plan_scene.h"
@@ -39,6 +40,10 @@ struct Loaded {
 /// map_io.cpp of nav2_map_server, mode trinary.
 Loaded load(const std::string& yaml_path) {
   const YAML::Node yaml = YAML::LoadFile(yaml_path);
+  std::set<std::string> keys;
+  for (const auto& entry : yaml) keys.insert(entry.first.as<std::string>());
+  EXPECT_EQ(keys, (std::set<std::string>{"free_thresh", "image", "mode", "negate",
+                                         "occupied_thresh", "origin", "resolution"}));
   Loaded map;
   map.resolution = yaml["resolution"].as<double>();
   for (std::size_t i = 0; i < 3; ++i) map.origin[i] = yaml["origin"][i].as<double>();

@@ -27,10 +27,6 @@ int FreeColumns::stepAbove(double height) const {
   return int(std::clamp(std::ceil((height - low_) / step_ - 0.5 - 1e-6), 0.0, double(steps_)));
 }
 
-void FreeColumns::mark(std::size_t cell, double from, double to) {
-  mark(cell, stepsOf(from, to));
-}
-
 void FreeColumns::mark(std::size_t cell, const Steps& steps) {
   std::uint64_t* const column = bits_.data() + words_ * cell;
   for (int word = steps.first / 64; 64 * word < steps.last; ++word)

@@ -23,8 +23,12 @@ struct PlanRaster {
   std::size_t at(int x, int y) const {
     return std::size_t(y) * std::size_t(width) + std::size_t(x);
   }
-  int xOf(std::size_t cell_number) const { return int(cell_number % std::size_t(width)); }
-  int yOf(std::size_t cell_number) const { return int(cell_number / std::size_t(width)); }
+  int xOf(std::size_t cell_number) const {
+    return int(std::uint32_t(cell_number) % std::uint32_t(width));
+  }
+  int yOf(std::size_t cell_number) const {
+    return int(std::uint32_t(cell_number) / std::uint32_t(width));
+  }
   Vector2 middleOf(int x, int y) const { return origin + cell * Vector2(x + 0.5, y + 0.5); }
   int columnOf(double x) const { return int(std::floor((x - origin.x()) / cell)); }
   int rowOf(double y) const { return int(std::floor((y - origin.y()) / cell)); }
@@ -90,7 +94,6 @@ class FreeColumns {
     int first, last;
   };
   Steps stepsOf(double from, double to) const { return {stepAbove(from), stepAbove(to)}; }
-  void mark(std::size_t cell, double from, double to);
   void mark(std::size_t cell, const Steps& steps);
   void invert();
   /// Of the steps with their middles between two heights: how many there are, and are free.

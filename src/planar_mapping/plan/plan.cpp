@@ -99,6 +99,21 @@ std::vector<float> Plan::distances() const {
   return field;
 }
 
+void PlanSource::turn(const Quaternion& turn) {
+  for (std::vector<Cuboid>* list : {&occupied, &space}) {
+    for (Cuboid& cuboid : *list) {
+      cuboid.center = turn * cuboid.center;
+      cuboid.orientation = turn * cuboid.orientation;
+    }
+  }
+  for (GroundPoint& point : ground) point.position = turn * point.position;
+  for (Vector3& place : path) place = turn * place;
+  for (MapPlane& plane : planes) plane.plane.normal = turn * plane.plane.normal;
+  for (MeasuredCells& floor : floors)
+    for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
+  up = turn * up;
+}
+
 std::vector<MeasuredCells> measuredFloors(const PlanarMap& map) {
   const Vector3 up = map.params().approximation.up.normalized();
   std::vector<MeasuredCells> floors;
@@ -121,10 +136,10 @@ PlanSource planSourceOf(const PlanarMap& map) {
       map, map.params().unseen == Unseen::Unknown ? map.freeCuboids() : map.unknownCuboids());
 }
 
-std::vector<Plan> plansOf(const PlanSource& source, const RobotModel& robot, double cell) {
+std::vector<Plan> plansOf(PlanSource source, const RobotModel& robot, double cell) {
   requireInRange("cell", cell, 0.0, 1e9, "m");
   robot.validate();
-  return detail::PlanBuilder(source, robot, cell > 0.0 ? cell : source.resolution).plans();
+  return detail::PlanBuilder(std::move(source), robot, cell).plans();
 }
 
 std::vector<Plan> plansOf(const PlanarMap& map, const RobotModel& robot, double cell) {
@@ -152,15 +167,13 @@ Plan planAround(const PlanarMap& map, const Vector3& sensor, double reach, const
   const auto is_away = [&](const Vector3& at, const Vector3& grow) {
     return ((at - sensor).cwiseAbs().array() > (half + grow).array()).any();
   };
-  const auto drop = [](auto& list, const auto& is_out) {
-    list.erase(std::remove_if(list.begin(), list.end(), is_out), list.end());
-  };
-  drop(source.occupied,
-       [&](const Cuboid& c) { return is_away(c.center, planar_mapping::reach(c)); });
-  drop(source.ground, [&](const GroundPoint& p) { return is_away(p.position, Vector3::Zero()); });
-  drop(source.path, [&](const Vector3& p) { return is_away(p, Vector3::Zero()); });
+  detail::eraseIf(source.occupied,
+                  [&](const Cuboid& c) { return is_away(c.center, planar_mapping::reach(c)); });
+  detail::eraseIf(source.ground,
+                  [&](const GroundPoint& p) { return is_away(p.position, Vector3::Zero()); });
+  detail::eraseIf(source.path, [&](const Vector3& p) { return is_away(p, Vector3::Zero()); });
   source.path.push_back(sensor);
-  return storeyBelow(plansOf(source, robot, cell), up.dot(sensor));
+  return storeyBelow(plansOf(std::move(source), robot, cell), up.dot(sensor));
 }
 
 double floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,

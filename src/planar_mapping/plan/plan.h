@@ -73,7 +73,7 @@ struct MeasuredCells {
 };
 
 /// What plans are made of, in the axes of a map.
-struct PlanSource {
+struct PLANAR_MAPPING_EXPORT PlanSource {
   std::vector<Cuboid> occupied;
   std::vector<Cuboid> space;        ///< free or, where unseen space is free, unknown
   Unseen unseen = Unseen::Unknown;  ///< what all else is
@@ -84,6 +84,8 @@ struct PlanSource {
   std::vector<MapPlane> planes;       ///< none: planes lie in the middle of their cuboids
   std::vector<MeasuredCells> floors;  ///< of planes that may be floors; cuboids bridge small gaps
   double resolution = 0.1;            ///< of the map, metres
+
+  void turn(const Quaternion& turn);  ///< into axes that are turned, all of it
 };
 /// Of planes that are no steeper than any robot climbs; none in a finished map.
 PLANAR_MAPPING_EXPORT std::vector<MeasuredCells> measuredFloors(const PlanarMap& map);
@@ -98,10 +100,10 @@ PLANAR_MAPPING_EXPORT PlanSource planSourceOf(const PlanarMap& map);
 /// also at the rim of the floor that was measured and on removed ground, which is known by squares
 /// of 2 m only. Places of the path count as seen, with the robot's radius, where the height of the
 /// sensor over the nearest floor is possible. Without a path the robot is taken to stand on the
-/// largest floor. Storeys are floors over each other, a robot's height apart or more. \param cell
-/// side, metres; 0 = the resolution of the map \throws ParameterError if cell or robot are out of
-/// range, or there would be too many cells
-PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(const PlanSource& source, const RobotModel& robot,
+/// largest floor of 4 m2 or more. Storeys are floors over each other, a robot's height apart or
+/// more. \param cell side, metres; 0 = the resolution of the map \throws ParameterError if cell or
+/// robot are out of range, or there would be too many cells
+PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(PlanSource source, const RobotModel& robot,
                                                 double cell = 0.0);
 PLANAR_MAPPING_EXPORT std::vector<Plan> plansOf(const PlanarMap& map,
                                                 const RobotModel& robot = RobotModel(),

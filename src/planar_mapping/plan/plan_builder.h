@@ -9,10 +9,18 @@
 
 namespace planar_mapping::detail {
 
+/// Smallest floor of a room: smaller level faces are furniture, square metres.
+constexpr double kMinFloor = 4.0;
+
+/// Part of the vertical line through a place that is in a cuboid, grown along x and y.
+bool spanOf(const Cuboid& cuboid, const Matrix3& to_local, const Vector2& at, double grow,
+            double& low, double& high);
+
 /// Finds what is standable of a map, step by step: floors, path, space, reach, edges, storeys.
 class PlanBuilder {
  public:
-  PlanBuilder(const PlanSource& source, const RobotModel& robot, double cell);
+  /// \param cell 0 = the resolution of the map
+  PlanBuilder(PlanSource source, const RobotModel& robot, double cell);
   std::vector<Plan> plans();
 
  private:
@@ -20,6 +28,7 @@ class PlanBuilder {
   struct State {
     bool is_blocked = false;  ///< something stands in the robot's height
     bool is_seen = false;     ///< free up to the robot's height
+    bool is_hollow = false;   ///< space below the floor was seen free
     bool is_reached = false;  ///< without a step
     bool is_edge = false;     ///< beside a drop
     bool is_rim = false;      ///< beside what was not measured
@@ -48,18 +57,11 @@ class PlanBuilder {
   bool isHollow(std::size_t cell, double floor, double thickness) const;
   /// The level at a cell that is no step away from a height, if there is one.
   std::optional<std::uint32_t> levelNear(std::size_t cell, double height, double tolerance) const;
-  /// Calls visit(cell, distance in cells) for the cells around one.
+  /// Calls visit(cell, squared distance in cells) for the cells around one.
   template <typename Visit>
   void forNeighbours(std::size_t cell, int reach, const Visit& visit) const;
 
-  std::vector<Cuboid> occupied_, space_;  ///< z up
-  std::vector<Vector3> path_;             ///< z up
-  std::vector<GroundPoint> ground_;       ///< z up
-  std::vector<MapPlane> planes_;          ///< z up, by id
-  std::vector<MeasuredCells> floors_;     ///< z up
-  Unseen unseen_;
-  bool knows_sides_;
-  double resolution_;
+  PlanSource source_;  ///< z up
   RobotModel robot_;
   PlanRaster raster_;
   CellLists<FloorLevel>::Found found_;
@@ -70,7 +72,6 @@ class PlanBuilder {
   std::vector<State> states_;
   CellLists<Interval> obstacles_;
   std::optional<FreeColumns> free_;
-  bool has_path_ = false;
 };
 
 }  // namespace planar_mapping::detail

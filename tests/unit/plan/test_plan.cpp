@@ -76,26 +76,126 @@ TEST(Plan, StoreysHavePlansOfTheirOwn) {
   EXPECT_TRUE(plans[0].isStandable(2.05, 2.05) && plans[1].isStandable(2.05, 2.05));
 }
 
-TEST(Plan, WithoutFloorOrHeadroomNothingIsFree) {
-  World wall;
+/// What is missing in a plan, and the words that say so.
+struct Lack {
+  const char* name;
+  PlanSource source;
+  RobotModel robot;
+  const char* words;
+  bool is_free = false;  ///< is any cell?
+};
+
+TEST(Plan, SaysWhatIsMissingAndFreesNoCellWithoutAMeasuredFloor) {
+  World wall, room, low, table, lane;
   wall.occupied = {between({0, 0, 0}, {0.1, 3, 2}, -1, CellState::Occupied)};
   wall.space = {between({0.1, 0, 0}, {3, 3, 2}, -1, CellState::Free)};
-  EXPECT_EQ(wall.plan().freeFraction(), 0.0);
-  EXPECT_NE(wall.plan().note.find("no floor"), std::string::npos) << wall.plan().note;
-  EXPECT_NE(wall.plan().note.find("no path"), std::string::npos) << wall.plan().note;
-  World low;
+  room.floor({0, 0, -0.1}, {3, 3, 0});
   low.floor({0, 0, -0.1}, {3, 3, 0}, 0.6);
-  EXPECT_EQ(low.plan().freeFraction(), 0.0);
-  EXPECT_NE(low.plan().note.find("--robot-height"), std::string::npos) << low.plan().note;
-  EXPECT_EQ(plansOf(PlanSource(), RobotModel()).at(0).freeFraction(), 0.0);
-  World finished;
-  finished.floor({0, 0, -0.1}, {3, 3, 0});
+  table.floor({0, 0, 0.7}, {1.6, 1.2, 0.73});
+  lane.floor({0, 0, -0.1}, {6, 1, 0});
+  for (const double y : {-0.1, 1.0})
+    lane.occupied.push_back(between({0, y, 0}, {6, y + 0.1, 1}, -1, CellState::Occupied));
+  PlanSource finished = room;
   finished.floors.clear();
-  EXPECT_EQ(finished.plan().freeFraction(), 0.0);
-  EXPECT_NE(finished.plan().note.find("before finishing"), std::string::npos);
+  RobotModel tall, wide;
+  tall.height = 2.5;
+  wide.radius = 0.6;
+  const RobotModel robot;
+  const Lack lacks[] = {
+      {"nothing", PlanSource(), robot, "no floor was measured: no level face"},
+      {"a wall", wall, robot, "no floor that the robot reaches was measured"},
+      {"a table", table, robot, "no floor that the robot reaches was measured"},
+      {"no path", room, robot, "the map has no path", true},
+      {"finished", finished, robot, "plan before finishing"},
+      {"low space", low, robot, "a lower --robot-height"},
+      {"too tall", room, tall, "a lower --robot-height"},
+      {"too wide", lane, wide, "the robot is too wide", true},
+      {"as wide as the lane", lane, robot, "m2 free", true},
+  };
+  for (const Lack& lack : lacks) {
+    const Plan plan = plansOf(lack.source, lack.robot).at(0);
+    EXPECT_EQ(plan.freeFraction() > 0.0, lack.is_free) << lack.name;
+    EXPECT_NE(plan.note.find(lack.words), std::string::npos) << lack.name << ": " << plan.note;
+    EXPECT_EQ(plan.note.find("too wide") != std::string::npos, lack.robot.radius == wide.radius)
+        << lack.name << ": " << plan.note;
+  }
+}
+
+TEST(Plan, LowThingsInAGapAreNoFloor) {
+  World world;
+  world.floor({0, 0, -0.1}, {2, 3, 0}).floor({2.1, 0, -0.1}, {4, 3, 0});
+  world.path = {{0.5, 0.5, 0.5}};
+  EXPECT_FALSE(world.plan().isStandable(2.15, 1.55)) << "beside what was not measured";
+  world.occupied.push_back(between({2.0, 0.0, -0.1}, {2.1, 3.0, 0.0}, -1, CellState::Occupied));
+  EXPECT_FALSE(world.plan().isStandable(2.15, 1.55)) << "points in the gap";
+  EXPECT_TRUE(world.plan().isStandable(2.25, 1.55));
+}
+
+TEST(Plan, RobotsOutOfRangeAreRefused) {
   RobotModel robot;
   robot.height = NAN;
-  EXPECT_THROW(low.plan(robot), ParameterError);
+  EXPECT_THROW(World().plan(robot), ParameterError);
+  robot.height = robot.max_step;
+  EXPECT_THROW(World().plan(robot), ParameterError);
+}
+
+/// A corridor with a table, and a trench beyond it.
+const PlanarMap& corridor() {
+  static const PlanarMap map = [] {
+    test::PlanScene scene;
+    scene.rings = 24;
+    scene.walls(-1.0, 10.0).floor(-1.0, 6.0).floor(6.0, 6.4, -0.6).floor(6.4, 10.0);
+    scene.add({3.0, 0.3, 0.67}, {4.2, 1.3, 0.73}).drive(0.0, 5.2, 0.8);
+    return scene.map();
+  }();
+  return map;
+}
+
+TEST(Plan, AroundASensorIsThePlanOfTheMap) {
+  const PlanarMap& map = corridor();
+  const Plan whole = plansOf(map).at(0);
+  const Vector3 sensor = map.trajectory().at(4).second.translation();
+  const double reach = 2.0;
+  const Plan around = planAround(map, sensor, reach);
+  EXPECT_LT(std::count(around.values.begin(), around.values.end(), Plan::kFree),
+            std::count(whole.values.begin(), whole.values.end(), Plan::kFree));
+  int free = 0, occupied = 0;
+  for (double y = sensor.y() - reach + 0.15; y < sensor.y() + reach - 0.15; y += whole.cell) {
+    for (double x = sensor.x() - reach + 0.15; x < sensor.x() + reach - 0.15; x += whole.cell) {
+      std::uint32_t column = 0, row = 0;
+      if (!whole.cellOf(x, y, column, row)) continue;
+      const int value = whole.at(column, row);
+      ASSERT_TRUE(around.cellOf(x, y, column, row));
+      EXPECT_EQ(int(around.at(column, row)), value) << x << ' ' << y;
+      free += value == Plan::kFree ? 1 : 0;
+      occupied += value == Plan::kOccupied ? 1 : 0;
+    }
+  }
+  EXPECT_GT(free, 300);
+  EXPECT_GT(occupied, 50);
+}
+
+TEST(Plan, AroundAPlaceThatIsNoneIsRefusedAndAroundAFarOneNothingIsFree) {
+  const PlanarMap& map = corridor();
+  EXPECT_THROW(planAround(map, {NAN, 0, 0}, 2.0), ParameterError);
+  EXPECT_THROW(planAround(map, {0, 0, 0.4}, -1.0), ParameterError);
+  EXPECT_THROW(planAround(map, {0, 0, 0.4}, NAN), ParameterError);
+  const Plan far = planAround(map, {1000, 0, 0.4}, 2.0);
+  EXPECT_EQ(far.freeFraction(), 0.0);
+  EXPECT_NE(far.note.find("no floor was measured"), std::string::npos) << far.note;
+}
+
+TEST(Plan, FramesOfOnePlaceAndFinishedMapsFreeWhatWasMeasured) {
+  test::PlanScene scene;
+  const PlanarMap map = scene.walls(-1.0, 5.0).floor(-1.0, 5.0).drive(0.0, 0.0).map();
+  const Plan plan = plansOf(map).at(0);
+  test::PlanFigures figures = test::figuresOf(scene, plan, RobotModel());
+  EXPECT_GT(plan.freeFraction(), 0.0);
+  EXPECT_EQ(figures.over_drops + figures.in_obstacles, 0);
+  const Plan finished = plansOf(map.finished()).at(0);
+  const double free = double(std::count(finished.values.begin(), finished.values.end(), 0));
+  EXPECT_LE(free * finished.cell * finished.cell, 1.3 * M_PI * 0.25 * 0.25) << "the path's place";
+  EXPECT_NE(finished.note.find("plan before finishing"), std::string::npos) << finished.note;
 }
 
 TEST(Plan, DistancesAreExact) {

@@ -23,8 +23,16 @@ void clearOccupied(const Int3& cube, const Cuboid& cuboid, double cell, CubeBits
   const double radius = 4.0 * std::sqrt(3.0) * cell;
   const double rounding = 1e-9 * cell;
   if (((local.cwiseAbs() - half).array() > radius).any()) return;
-  for (std::size_t z = 0; z < 8; ++z) {
-    for (std::uint64_t left = bits[z]; left != 0; left &= left - 1) {
+  const Vector3 around = reach(cuboid), corner = 8.0 * Vector3(cube.x, cube.y, cube.z);
+  const Vector3 low = (cuboid.center - around) / cell - corner - Vector3::Constant(0.5 + 1e-6);
+  const Vector3 high = (cuboid.center + around) / cell - corner - Vector3::Constant(0.5 - 1e-6);
+  const Int3 first = toInt3(low.array().ceil().max(0.0).min(8.0));
+  const Int3 end = toInt3((high.array().floor() + 1.0).max(0.0).min(8.0));
+  std::uint64_t inside = 0;  // of a layer
+  for (int y = first.y; y < end.y; ++y)
+    for (int x = first.x; x < end.x; ++x) inside |= std::uint64_t{1} << (8 * y + x);
+  for (auto z = std::size_t(first.z); z < std::size_t(end.z); ++z) {
+    for (std::uint64_t left = bits[z] & inside; left != 0; left &= left - 1) {
       const int bit = __builtin_ctzll(left);
       const Vector3 offset =
           cell * (Vector3(bit & 7, bit >> 3, static_cast<double>(z)) - Vector3::Constant(3.5));

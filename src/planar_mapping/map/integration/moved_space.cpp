@@ -13,20 +13,6 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// Calls visit(place) for the places of a box as long as that gives true. \return was that always
-template <typename Visit>
-bool allPlaces(const Int3& low, const Int3& high, Visit&& visit) {
-  Int3 at;
-  for (at.z = low.z; at.z <= high.z; ++at.z) {
-    for (at.y = low.y; at.y <= high.y; ++at.y) {
-      for (at.x = low.x; at.x <= high.x; ++at.x) {
-        if (!visit(at)) return false;
-      }
-    }
-  }
-  return true;
-}
-
 Int3 shifted(const Int3& at, int bits) {
   return {at.x >> bits, at.y >> bits, at.z >> bits};
 }

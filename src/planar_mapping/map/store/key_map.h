@@ -58,15 +58,28 @@ void forEachBit(std::uint64_t bits, Visit&& visit) {
   for (; bits != 0; bits &= bits - 1) visit(static_cast<std::size_t>(__builtin_ctzll(bits)));
 }
 
-/// Calls visit(Int3) for all places from \p low to \p high, both included.
+/// Calls visit(place) for the places from \p low to \p high, both included, as long as that gives
+/// true. \return was that always
 template <typename Visit>
-void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
+bool allPlaces(const Int3& low, const Int3& high, Visit&& visit) {
   Int3 at;
   for (at.z = low.z; at.z <= high.z; ++at.z) {
     for (at.y = low.y; at.y <= high.y; ++at.y) {
-      for (at.x = low.x; at.x <= high.x; ++at.x) visit(at);
+      for (at.x = low.x; at.x <= high.x; ++at.x) {
+        if (!visit(at)) return false;
+      }
     }
   }
+  return true;
+}
+
+/// Calls visit(place) for all places from \p low to \p high, both included.
+template <typename Visit>
+void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
+  allPlaces(low, high, [&](const Int3& at) {
+    visit(at);
+    return true;
+  });
 }
 
 /// A number nobody outside this process knows: keys of a hostile file cannot be made to collide.

@@ -66,28 +66,21 @@ std::vector<Plan> storeysOf(const SceneContent& content, const ViewOptions& opti
                             const RobotModel& robot, const Page& page) {
   Matrix3 axes;
   axes << page.frame.right, page.frame.forward, page.frame.up;
-  const Quaternion turn(axes.transpose());
   PlanSource source;
   source.unseen = content.unseen;
   source.knows_sides = content.sensors_known;
   source.occupied = content.cuboids;
   source.space = content.unseen == Unseen::Unknown ? content.free : content.unknown;
   source.ground = content.ground;
-  for (std::vector<Cuboid>* list : {&source.occupied, &source.space}) {
-    for (Cuboid& cuboid : *list) {
-      cuboid.center = turn * cuboid.center;
-      cuboid.orientation = turn * cuboid.orientation;
-    }
-  }
   source.floors = content.floors;
-  for (MeasuredCells& floor : source.floors)
-    for (Vector3* axis : {&floor.origin, &floor.u, &floor.v, &floor.n}) *axis = turn * *axis;
-  for (GroundPoint& point : source.ground) point.position = turn * point.position;
   if (content.sensors_known)
-    for (const Pose& pose : content.trajectory) source.path.push_back(turn * pose.translation());
+    for (const Pose& pose : content.trajectory) source.path.push_back(pose.translation());
   if (content.resolution > 0.0) source.resolution = content.resolution;
+  source.turn(Quaternion(axes.transpose()));
+  source.up = Vector3::UnitZ();
   const double pixel = options.zoom / page.pixels_per_metre;  // where all of it is shown
-  return plansOf(source, robot, std::max(source.resolution, pixel));
+  const double cell = std::max(source.resolution, pixel);
+  return plansOf(std::move(source), robot, cell);
 }
 
 /// The grid as a picture: obstacles and what is unknown.
