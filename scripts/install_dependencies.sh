@@ -18,7 +18,7 @@ packages=(
 # Without one of these its tests are left out.
 test_packages=(
   clang-format clang-tidy xvfb xauth doxygen librapidcheck-dev
-  python3-zstandard python3-pytest python3-matplotlib
+  python3-zstandard python3-pytest python3-matplotlib python3-pandas
   libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d python3-ezdxf librsvg2-bin chromium  # readers of exports
   libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev                               # examples/ros1
 )

@@ -124,7 +124,7 @@ def test_page_holds_the_map(out, page):
          ("plane_id", "<i4"), ("colour", "u1", 4)]))
     for field in ("center", "orientation", "size", "probability", "plane_id"):
         np.testing.assert_allclose(records[field], cuboids[field], rtol=1e-6, atol=1e-6)
-    assert len(data_of(page)["planes"]) == len(world.planes())
+    assert len(data_of(page)["planes"]) == len(world.planes()) and data_of(page)["frames"] == world.frames
     plan, expected = data_of(page)["plans"][0], world.plan()
     runs = np.frombuffer(base64.b64decode(plan["runs"]), np.dtype([("value", "u1"), ("count", "<u2")]))
     values = np.repeat(np.array([0, 100, -1], np.int8)[runs["value"]], runs["count"])

@@ -59,6 +59,7 @@ struct ExportedMap {
   std::vector<Cuboid> unknown;       ///< only for pages
   PlanSource plan;                   ///< only for plans and pages
   double resolution = 0.1;
+  std::size_t frames = 0;
   ExportOptions options;
   mutable std::vector<std::string> notes;  ///< of plans: what a user should know
 

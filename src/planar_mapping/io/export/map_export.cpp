@@ -95,6 +95,7 @@ ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& o
   exported.up = map.params().approximation.up.normalized();
   exported.origin = map.params().origin;
   exported.resolution = map.params().approximation.resolution;
+  exported.frames = map.frames();
   exported.options = options;
   if (space == Space::Free) {
     exported.free = map.freeCuboids();

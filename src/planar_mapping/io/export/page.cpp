@@ -106,7 +106,8 @@ std::string dataOf(const ExportedMap& map, const std::string& title) {
   std::string path;
   for (const Vector3& place : map.plan.path) appendFloats(path, place);
   const RunRecord& run = map.options.run;
-  return concatenated("{\"title\":\"", base64(title), "\",\"frames\":", map.plan.path.size(),
+  return concatenated("{\"title\":\"", base64(title), "\",\"frames\":", map.frames,
+                      ",\"sides\":", map.plan.knows_sides ? "true" : "false",
                       ",\"resolution\":", map.resolution, ",\"origin\":[", listOf(map.origin, ","),
                       "],\"turn\":[", listOf(turning(map.up, Vector3::UnitZ()), ","),
                       "],\"occupied\":\"", recordsOf(map.cuboids), "\",\"unknown\":\"",

@@ -442,6 +442,10 @@
   }
 
   // -- Switches
+  if (!data.sides) {  // normals do not say from where a plane was seen
+    byId('see-through').checked = false;
+    occupiedMesh.material.uniforms.hideBacks.value = 0;
+  }
   const onChange = (id, act) => byId(id).addEventListener('change', () => { act(byId(id)); draw(); });
   onChange('show-occupied', (box) => { occupiedMesh.visible = box.checked; });
   onChange('show-unknown', (box) => { unknownMesh.visible = box.checked; });
