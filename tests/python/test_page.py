@@ -5,6 +5,7 @@ import base64
 import html
 import io
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -45,7 +46,8 @@ def chromium(page, *options, hash=""):
     return subprocess.run(
         [CHROMIUM, "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
          "--enable-unsafe-swiftshader", "--hide-scrollbars", "--window-size=1280,800", *options, page.as_uri() + hash],
-        check=True, capture_output=True, text=True, timeout=120)
+        check=True, capture_output=True, text=True, timeout=120,
+        env={k: v for k, v in os.environ.items() if k != "LD_PRELOAD"})  # of sanitizers
 
 
 def self_test(page):
