@@ -9,7 +9,7 @@ packages=(
   libeigen3-dev libzstd-dev libpcl-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libpng-dev liblzf-dev
   libvtk9-dev libglew-dev libegl-dev libx11-dev
   libopencv-dev libturbojpeg0-dev libzmq3-dev cppzmq-dev
-  liboctomap-dev
+  liboctomap-dev libjs-three
   libegl1 libgl1-mesa-dri
   libgtest-dev libbenchmark-dev
   python3 python3-dev python3-numpy pybind11-dev
@@ -18,8 +18,8 @@ packages=(
 # Without one of these its tests are left out.
 test_packages=(
   clang-format clang-tidy xvfb xauth doxygen librapidcheck-dev
-  python3-zstandard python3-pytest python3-matplotlib
-  libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d python3-ezdxf librsvg2-bin  # readers of exports
+  python3-zstandard python3-pytest python3-matplotlib python3-pandas
+  libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d python3-ezdxf librsvg2-bin chromium  # readers of exports
   libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev                               # examples/ros1
 )
 case ${1:-} in

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the Debian packages into out/packages.
+# Builds the Debian packages and a Python wheel into out/packages.
 #   scripts/package.sh [BUILD]     BUILD: a build tree that is there already, in place of build/
 set -euo pipefail
 case ${1:-} in
@@ -16,4 +16,7 @@ rm -rf out/packages
 cpack --config "$build/CPackConfig.cmake" -B out/packages >/dev/null
 rm -rf out/packages/_CPack_Packages
 ls out/packages/*.deb
+if [[ -e $build/python/planar_mapping/__init__.py ]]; then
+  scripts/wheel.py "$build" out/packages
+fi
 echo "Install them with: apt-get install ./out/packages/*.deb"

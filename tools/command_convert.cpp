@@ -38,12 +38,12 @@ std::string formatTable() {
 /// Says which options are of other formats.
 void noteUnusedOptions(const CLI::App& command, const std::string& extension) {
   const std::pair<const char*, std::string> kFormats[] = {
-      {"--cell", ".bt .ot .pgm .svg .dxf"},
-      {"--robot-height", ".pgm .svg .dxf"},
-      {"--robot-radius", ".pgm .svg .dxf"},
-      {"--max-step", ".pgm .svg .dxf"},
-      {"--max-slope", ".pgm .svg .dxf"},
-      {"--camera-height", ".pgm .svg .dxf"},
+      {"--cell", ".bt .ot .pgm .svg .dxf .html"},
+      {"--robot-height", ".pgm .svg .dxf .html"},
+      {"--robot-radius", ".pgm .svg .dxf .html"},
+      {"--max-step", ".pgm .svg .dxf .html"},
+      {"--max-slope", ".pgm .svg .dxf .html"},
+      {"--camera-height", ".pgm .svg .dxf .html"},
       {"--distance", ".pgm"},
       {"--surface", ".pcd"},
       {"--spacing", ".pcd"},
@@ -77,6 +77,28 @@ void convert(ConvertArguments arguments) {
   }
 }
 
+/// A file of a run, empty if there is none.
+std::string recordIn(const std::filesystem::path& folder, const char* name) {
+  const std::filesystem::path file = folder / name;
+  if (std::filesystem::exists(file)) return io::readWholeText(file.string());
+  std::cerr << "planar_map: the report lacks " << name << ": " << folder.string() << " has none\n";
+  return "";
+}
+
+void report(ConvertArguments arguments) {
+  const std::filesystem::path folder(arguments.map);
+  if (std::filesystem::path(arguments.output).extension() != ".html")
+    throw UsageError(arguments.output + ": a report is a page, *.html");
+  if (!std::filesystem::is_directory(folder))
+    throw IoError(arguments.map,
+                  "is no result folder of a run; planar_map convert makes a page of a map alone");
+  // Not what a path ends with: a slash or a dot.
+  const std::string name = std::filesystem::weakly_canonical(folder).filename().string();
+  arguments.options.run = {"run " + name, recordIn(folder, "metrics.json"),
+                           recordIn(folder, "frames.csv"), recordIn(folder, "run.log")};
+  convert(arguments);
+}
+
 }  // namespace
 
 void addConvertCommand(CLI::App& app, int&) {
@@ -90,12 +112,12 @@ void addConvertCommand(CLI::App& app, int&) {
                    "File to write; its extension chooses the format (see below)")
       ->required();
   command->add_flag("--unknown", options.unknown,
-                    "Unknown space as boxes too (pmap, json, bt, ot, pgm: always told)");
+                    "Unknown space as boxes too (pmap, json, bt, ot, pgm, html: always told)");
   command->add_flag("--finished", arguments->finished,
                     "Leave out what only further frames need (pmap: far fewer bytes)");
   command
       ->add_option("--cell", options.cell,
-                   "bt, ot, pgm, svg, dxf: side of a cell, m [the map's resolution]")
+                   "bt, ot, pgm, svg, dxf, html: side of a cell, m [the map's resolution]")
       ->check(numberIn(1e-4, 1e6));
   addRobotOptions(*command, options.robot);
   command->add_flag("--distance", options.distance,
@@ -115,6 +137,21 @@ void addConvertCommand(CLI::App& app, int&) {
     noteUnusedOptions(*command, std::filesystem::path(arguments->output).extension().string());
     convert(*arguments);
   });
+}
+
+void addReportCommand(CLI::App& app, int&) {
+  auto* command = app.add_subcommand(
+      "report", "A page for browsers: map in 3-D, plan, path, figures and warnings of a run");
+  const auto arguments = std::make_shared<ConvertArguments>();
+  command->add_option("run", arguments->map, "Result folder of a run")->required();
+  command->add_option("-o,--output", arguments->output, "Page to write (*.html)")->required();
+  command
+      ->add_option("--cell", arguments->options.cell,
+                   "Side of a cell of the plan, m [the map's resolution]")
+      ->check(numberIn(1e-4, 1e6));
+  addRobotOptions(*command, arguments->options.robot);
+  command->add_flag("--force", arguments->force, "Overwrite a file that exists");
+  command->callback([arguments]() { report(*arguments); });
 }
 
 }  // namespace planar_mapping::tools

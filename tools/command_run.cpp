@@ -12,10 +12,10 @@
 #include "frame_command.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/spelling.h"
-#include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/output.h"
+#include "planar_mapping/pipeline/ready_configuration.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "planar_mapping/pipeline/watch_source.h"
@@ -24,44 +24,6 @@ namespace planar_mapping::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A ready configuration for an input.
-struct Ready {
-  const char* name;
-  std::vector<std::string> assignments;  ///< "stage.key=value"
-  std::string why;
-};
-
-Ready choosePair(const io::Sequence& sequence) {
-  constexpr double kCarBaseline = 0.3;  // metres; wider pairs are mounted on cars
-  const double baseline = *sequence.calibration()->baseline;
-  if (baseline > kCarBaseline) return {"stereo_outdoor.yaml", {}, "baseline above 0.3 m"};
-  return {"stereo_indoor.yaml", {}, "stereo_outdoor.yaml is for wide places"};
-}
-
-/// Do the files say where the sensor was? The first ones are enough to know.
-bool haveViewpoints(const io::Sequence& sequence) {
-  constexpr std::size_t kMaxFiles = 10;
-  for (std::size_t i = 0; i < std::min(kMaxFiles, sequence.size()); ++i) {
-    const Pose pose = io::readCloudFileInfo(sequence.path(i)).T_world_sensor;
-    if (pose.matrix() != Pose::Identity().matrix()) return true;
-  }
-  return false;
-}
-
-Ready chooseClouds(const io::Sequence& sequence) {
-  const bool has_poses = sequence.poseSource() == io::PoseSource::File || haveViewpoints(sequence);
-  if (sequence.size() == 1)
-    return {"single_pcd.yaml",
-            {},
-            has_poses ? "" : "no poses are given: the sensor is taken to be at the origin"};
-  Ready ready = {"pcd_sequence.yaml", {}, ""};
-  if (!has_poses) {
-    ready.assignments.emplace_back("motion_estimation.enabled=true");
-    ready.why = "without poses their motion is estimated; --poses FILE gives them";
-  }
-  return ready;
-}
 
 /// Whether a word of the command line is a configuration, not an input.
 bool isConfigurationName(const std::string& word) {
@@ -89,9 +51,7 @@ WatchOptions watchOptionsOf(const RunArguments& arguments) {
 
 /// Takes the ready configuration for an input, and says what the input is and what was chosen.
 void chooseConfiguration(const io::Sequence& sequence, RunArguments& arguments) {
-  Ready ready = {"rgbd_indoor.yaml", {}, ""};
-  if (sequence.kind() == io::SequenceKind::Stereo) ready = choosePair(sequence);
-  if (sequence.kind() == io::SequenceKind::Clouds) ready = chooseClouds(sequence);
+  const ReadyConfiguration ready = readyConfigurationFor(sequence);
   arguments.configuration = planar_mapping::findConfiguration(ready.name);
   arguments.assignments.insert(arguments.assignments.begin(), ready.assignments.begin(),
                                ready.assignments.end());

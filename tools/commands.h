@@ -42,8 +42,9 @@ class UsageError : public std::runtime_error {
 // not kDone.
 using AddCommand = void(CLI::App& app, int& exit_code);
 AddCommand addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand, addConfigCommand,
-    addStagesCommand, addInfoCommand, addQueryCommand, addConvertCommand, addMergeCommand,
-    addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand, addEvaluateCommand;
+    addStagesCommand, addInfoCommand, addQueryCommand, addConvertCommand, addReportCommand,
+    addMergeCommand, addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand,
+    addEvaluateCommand;
 
 /// A program that was built or installed beside this one.
 struct Companion {

@@ -48,7 +48,10 @@ void addExamples(CLI::App& app) {
       {"query",
        {"query out/map.pmap --point 1,0,0.5 --ray 0,0,0.4,1,0,0",
         "query out/map.pmap --points cloud.pcd"}},
-      {"convert", {"convert out/map.pmap map.ply", "convert out/map.pmap map.pmap --finished"}},
+      {"convert",
+       {"convert out/map.pmap map.ply", "convert out/map.pmap map.html",
+        "convert out/map.pmap map.pmap --finished"}},
+      {"report", {"report out -o report.html"}},
       {"merge", {"merge monday.pmap tuesday.pmap -o both.pmap"}},
       {"compare", {"compare out/map.pmap other/map.pmap --threshold 0.02"}},
       {"simulate", {"simulate corridor --write images --frames 12 --step 0.2 -o scene"}},
@@ -72,10 +75,11 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.failure_message(CLI::FailureMessage::simple);
   int exit_code = kDone;
-  for (AddCommand* add : {addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand,
-                          addConfigCommand, addStagesCommand, addInfoCommand, addQueryCommand,
-                          addConvertCommand, addMergeCommand, addCompareCommand, addViewCommand,
-                          addSnapshotCommand, addSimulateCommand, addEvaluateCommand}) {
+  for (AddCommand* add :
+       {addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand, addConfigCommand,
+        addStagesCommand, addInfoCommand, addQueryCommand, addConvertCommand, addReportCommand,
+        addMergeCommand, addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand,
+        addEvaluateCommand}) {
     add(app, exit_code);
   }
   addExamples(app);

@@ -8,7 +8,8 @@ Wrong shapes, sizes and values raise InputError or ParameterError (both are Valu
 files IoError (an OSError).
 """
 from os import PathLike
-from typing import Any, Callable, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, Mapping, Optional, Union
+from typing import Sequence as _Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -173,7 +174,7 @@ class PlanarMap:
         self,
         image: _Array,
         K: npt.ArrayLike,
-        scale: float = 1000.0,
+        depth_scale: Optional[float] = None,
         T: Optional[npt.ArrayLike] = None,
         *,
         along_ray: bool = False,
@@ -182,9 +183,11 @@ class PlanarMap:
         min_inliers: int = 100,
         timestamp: float = 0.0,
     ) -> FrameUpdate:
-        """Adds a depth image, (H, W), uint16 as it is: depth in metres = value / scale; 0 and what is not finite = no
-        measurement. along_ray: values are distances along the rays of the pixels, not depths along the camera's axis.
-        K: 3 x 3 camera matrix of the rectified image. Points beyond max_depth are not mapped."""
+        """Adds a depth image, (H, W): depth in metres = value / depth_scale; None = floats are metres, integers
+        millimetres. 0 and what is not finite = no measurement. along_ray: values are distances along the rays of the
+        pixels, not depths along the camera's axis. K: 3 x 3 camera matrix of the rectified image. Points beyond
+        max_depth are not mapped. InputError where depths cannot be, all beyond max_depth or all below 1 cm, and
+        where the principal point of K is that of images of another size."""
     def merge(self, other: PlanarMap, T: Optional[npt.ArrayLike] = None) -> FrameUpdate:
         """Adds what another map knows; T = T_map_other."""
     def finished(self) -> PlanarMap:
@@ -199,6 +202,29 @@ class PlanarMap:
         """Unknown space, with the fields of cuboids()."""
     def free_cuboids(self) -> _Array:
         """Space that a measurement passed, with the fields of cuboids()."""
+    def mesh(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+        """Vertices (8 N, 3), metres, and triangles (12 N, 3) of the N cuboids(), counter-clockwise seen from outside:
+        rows 8 i ... and 12 i ... belong to cuboid i."""
+    def state_of_box(self, low: npt.ArrayLike, high: npt.ArrayLike) -> tuple[int, npt.NDArray[np.int32]]:
+        """Of an axis-aligned box with these corners: OCCUPIED if a cuboid meets it, else UNKNOWN if any part is, else
+        FREE; and the indices into cuboids() of those that meet it. ParameterError for more than 10 million cells."""
+    def snapshot(
+        self,
+        path: _Path,
+        *,
+        size: tuple[int, int] = (1280, 720),
+        camera: str = "iso",
+        color: str = "plane",
+        show: Optional[_Sequence[str]] = None,
+        plan: bool = False,
+        overwrite: bool = False,
+    ) -> None:
+        """Writes a PNG picture by `planar_map_viewer`, which needs no display. camera: iso, top, front, back, left, right
+        or first-person. color: plane, height, probability, state or tilt. show: layers as occupied, unknown,
+        trajectory; None = the usual ones. plan: the floor plan instead."""
+    def show(self, path: Optional[_Path] = None, *, open_browser: Optional[bool] = None) -> Page:
+        """The map in a browser, as a page of its own (path; None = in a temporary folder). open_browser: None = unless
+        this is IPython, where a notebook shows the returned page in place."""
     def planes(self) -> _Array:
         """Fields id, frames (in how many it was seen), normal (3), offset, rms: normal . p + offset = 0."""
     def trajectory(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -236,6 +262,53 @@ class PlanarMap:
     def __len__(self) -> int:
         """Number of cuboids()."""
 
+class Page:
+    """A page for a browser; a notebook shows it in place."""
+
+    path: str
+
+class Sequence:
+    """Frames of files or a folder, recognised by content as `planar_map run` does: clouds, KITTI, TUM RGB-D, EuRoC, ...
+
+    A frame is a dict: name, timestamp (seconds), T (T_world_sensor; None without poses), K (3 x 3 or None), xyz ((N, 3)
+    or (H, W, 3) float32, metres, sensor's frame; None of a stereo pair), left (the left or the colour image, (H, W) or
+    (H, W, 3) uint8, or None) and right. It is read when it is asked for: `for frame in sequence`.
+    """
+
+    def __init__(
+        self,
+        inputs: Union[_Path, _Sequence[_Path]],
+        *,
+        poses: Optional[_Path] = None,
+        calibration: Optional[_Path] = None,
+        scale: float = 1.0,
+    ) -> None:
+        """inputs: files, or a folder. poses, calibration: files in place of those of the folder. scale: metres a unit of
+        the clouds of files."""
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int) -> dict[str, Any]: ...
+    @property
+    def layout(self) -> str:
+        """What the input was recognised as."""
+    @property
+    def notes(self) -> list[str]:
+        """What was left out and why."""
+    @property
+    def calibration(self) -> Optional[dict[str, Any]]:
+        """As read_calibration() has it; None without one."""
+
+class Odometry:
+    """Poses of clouds that come without and overlap, each from the small planes and edges of those before. Clouds of a
+    depth camera are in its frame, z forward."""
+
+    def __init__(self, *, scanner: bool = False, cell: Optional[float] = None) -> None:
+        """scanner: clouds of a laser scanner, which looks all around; else of a depth camera. cell: side of the cells in
+        which planes are fitted, metres; None = as suits the first cloud."""
+    def add(self, xyz: npt.ArrayLike, guess: Optional[npt.ArrayLike] = None) -> Optional[npt.NDArray[np.float64]]:
+        """Pose T_world_sensor (4 x 4) of a cloud, (N, 3) or (H, W, 3); None where it is not found for certain: leave such
+        a cloud out. guess: where it may be, T_world_sensor, for the first cloud its pose; None = it moves on as before,
+        the first is where the world begins."""
+
 def segment(
     xyz: npt.ArrayLike,
     *,
@@ -265,9 +338,9 @@ def approximate(
     image if the cloud is a camera's, else z. Other arguments as PlanarMap.insert() has them."""
 
 def run(
-    config: _Path,
-    inputs: Union[_Path, Sequence[_Path]],
-    out: _Path,
+    config: Union[_Path, _Sequence[_Path]],
+    inputs: Union[_Path, _Sequence[_Path]],
+    out: Optional[_Path] = None,
     *,
     poses: Optional[_Path] = None,
     settings: Mapping[str, Any] = {},
@@ -281,6 +354,8 @@ def run(
 ) -> dict[str, Any]:
     """The pipeline, input to map, as `planar_map run CONFIG -i INPUT... -o OUT`: the same files in the folder out.
 
+    run(inputs, out) chooses a ready configuration as `planar_map run INPUT -o OUT` does.
+
     config: a file, or the name of a ready configuration such as single_pcd.yaml. settings: {"stage.key": value}.
     frames: "first:last:step". progress: called after each frame with the frames done, frames in all (0 = not known) and
     {"source", "planes", "cuboids", "frame_ms"}; what it raises, and Ctrl-C, ends the run after the frame, and what was
@@ -288,6 +363,18 @@ def run(
 
 def read_cloud(path: _Path) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:
     """Points of a PCD or PLY file, (N, 3) or organized (H, W, 3), and the pose of its VIEWPOINT (4 x 4)."""
+
+def read_poses(path: _Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Time stamps (N), seconds, and poses (N, 4, 4) of a trajectory in TUM or KITTI format; KITTI's have the numbers of
+    their lines for times."""
+
+def read_calibration(path: _Path) -> dict[str, Any]:
+    """A calib.yaml: K (3 x 3), size (width, height), baseline (metres, or None), depth_scale (or None), along_ray,
+    rectified."""
+
+def columns(table: _Array) -> dict[str, _Array]:
+    """Columns of one dimension of a table such as map.cuboids(): center_x, center_y, ..., plane_id. They fit into
+    pandas.DataFrame(planar_mapping.columns(map.cuboids()))."""
 
 def read_depth(path: _Path) -> npt.NDArray[np.uint16]:
     """A PNG of one channel of 16 bits, (H, W)."""

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "arrays.h"
 
+#include <cmath>
 #include <limits>
 
 #include "planar_mapping/base/error.h"
@@ -114,6 +115,20 @@ PinholeCamera cameraOf(const py::object& argument, py::ssize_t height, py::ssize
       at(0, 0), at(1, 1), at(0, 2), at(1, 2), static_cast<int>(width), static_cast<int>(height)};
   if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy))
     throw InputError("the principal point of K is not finite");
+  // A principal point is near the middle; a cropped image moves it, but hardly along both axes.
+  constexpr double kMinScale = 2.0 / 3.0, kMaxScale = 3.0 / 2.0;
+  const double columns = 2.0 * camera.cx + 1.0, rows = 2.0 * camera.cy + 1.0;
+  const auto is_other = [](double of_K, double of_image) {
+    return of_K < kMinScale * of_image || of_K > kMaxScale * of_image;
+  };
+  if (camera.fx > 0.0 && camera.fy > 0.0 && is_other(columns, camera.width) &&
+      is_other(rows, camera.height))
+    throw InputError("K is of images of another size: its principal point (" +
+                     std::string(py::str(py::float_(camera.cx))) + ", " +
+                     std::string(py::str(py::float_(camera.cy))) + ") is the middle of about " +
+                     std::to_string(std::lround(columns)) + " x " +
+                     std::to_string(std::lround(rows)) + " pixels, the image has " +
+                     std::to_string(width) + " x " + std::to_string(height));
   return camera;
 }
 

@@ -11,6 +11,7 @@
 #include "planar_mapping/base/types.h"
 #include "planar_mapping/geometry/camera.h"
 #include "planar_mapping/geometry/cuboid.h"
+#include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/map/planar_map.h"
 
 // NumPy arrays as our types, and back. What is read in place is kept alive by the object that
@@ -24,6 +25,7 @@ namespace py = pybind11;
 void addErrors(py::module_& module);
 void addClouds(py::module_& module);
 void addMap(py::module_& module);
+void addSequences(py::module_& module);
 
 /// As NumPy has it, row by row.
 using PoseMatrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
@@ -119,6 +121,13 @@ py::array_t<T> toArray(std::vector<T> values, std::vector<py::ssize_t> shape) {
   auto* owned = new std::vector<T>(std::move(values));
   const py::capsule keeper(owned, [](void* data) { delete static_cast<std::vector<T>*>(data); });
   return py::array_t<T>(std::move(shape), owned->data(), keeper);
+}
+
+/// The points of a file: (N, 3), or (H, W, 3) if they are organized.
+inline py::array_t<float> pointsOf(io::CloudData cloud) {
+  std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(cloud.size()), 3};
+  if (cloud.height > 1) shape = {cloud.height, cloud.width, 3};
+  return toArray(std::move(cloud.xyz), shape);
 }
 
 }  // namespace planar_mapping::python

@@ -104,9 +104,8 @@ py::tuple readCloud(const std::filesystem::path& path) {
     const py::gil_scoped_release released;
     cloud = io::readCloudFile(path.string(), io::CloudChannels::none());
   }
-  std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(cloud.size()), 3};
-  if (cloud.height > 1) shape = {cloud.height, cloud.width, 3};
-  return py::make_tuple(toArray(std::move(cloud.xyz), shape), toArray(cloud.T_world_sensor));
+  const py::array_t<double> T = toArray(cloud.T_world_sensor);
+  return py::make_tuple(pointsOf(std::move(cloud)), T);
 }
 
 py::array readDepth(const std::filesystem::path& path) {

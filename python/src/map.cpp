@@ -16,6 +16,7 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/spelling.h"
 #include "planar_mapping/io/depth_image.h"
+#include "planar_mapping/io/export/exported_map.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"
@@ -86,6 +87,32 @@ py::array_t<Value> gridOf(const Plan& plan, const std::vector<Value>& values) {
   return grid;
 }
 
+/// Corners and triangles of all cuboids.
+py::tuple meshOf(const SharedMap& self) {
+  const std::vector<Cuboid> cuboids = self.read([](const PlanarMap& map) { return map.cuboids(); });
+  std::vector<double> vertices;
+  std::vector<std::int32_t> faces;
+  for (const Cuboid& cuboid : cuboids) {
+    const auto first = static_cast<std::int32_t>(vertices.size() / 3);
+    for (const Vector3& corner : corners(cuboid))
+      vertices.insert(vertices.end(), {corner.x(), corner.y(), corner.z()});
+    for (const auto& triangle : io::kTriangles)
+      for (const int corner : triangle) faces.push_back(first + corner);
+  }
+  const auto vertex_count = static_cast<py::ssize_t>(vertices.size() / 3);
+  const auto face_count = static_cast<py::ssize_t>(faces.size() / 3);
+  return py::make_tuple(toArray(std::move(vertices), {vertex_count, 3}),
+                        toArray(std::move(faces), {face_count, 3}));
+}
+
+/// Of a box, and the indices of the cuboids that meet it.
+py::tuple stateOf(const SharedMap& self, const py::object& low, const py::object& high) {
+  const Vector3 lowest = vectorOf(low, "low"), highest = vectorOf(high, "high");
+  BoxState box = self.read([&](const PlanarMap& map) { return stateOfBox(map, lowest, highest); });
+  const auto count = static_cast<py::ssize_t>(box.cuboids.size());
+  return py::make_tuple(static_cast<int>(box.state), toArray(std::move(box.cuboids), {count}));
+}
+
 void exportTo(const SharedMap& self, const std::filesystem::path& path, bool unknown, double cell,
               const RobotModel& robot, bool distance, bool surface, double spacing,
               const std::string& frame_id, bool overwrite) {
@@ -126,9 +153,32 @@ FrameUpdate insert(SharedMap& self, const py::object& xyz, const py::object& T,
   return insertFrame(self, frame, planes, distance_threshold, min_inliers, timestamp);
 }
 
-FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::object& K, double scale,
-                        const py::object& T, bool along_ray, double max_depth,
-                        std::optional<double> distance_threshold, int min_inliers,
+/// Metres of a depth image that cannot be: none of its measurements is nearer than \p max_depth, or
+/// all are nearer than depth cameras measure.
+void requireDepths(const io::CloudData& cloud, double depth_scale, double max_depth) {
+  constexpr float kNearest = 0.01f;  // metres
+  const PointsView points = cloud.view();
+  float nearest = std::numeric_limits<float>::infinity(), farthest = 0.0f;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (!points.isMeasured(i)) continue;
+    nearest = std::min(nearest, points[i][2]);
+    farthest = std::max(farthest, points[i][2]);
+  }
+  const auto number = [](double value) { return std::string(py::str(py::float_(value))); };
+  const std::string advice = "; is depth_scale = " + number(depth_scale) +
+                             " (values a metre) right? None takes floats as metres, integers as "
+                             "millimetres";
+  if (farthest > 0.0f && nearest > max_depth)
+    throw InputError("all depths are beyond max_depth = " + number(max_depth) +
+                     " m, the nearest is " + number(nearest) + " m" + advice);
+  if (farthest > 0.0f && farthest < kNearest)
+    throw InputError("all depths are below 1 cm, the farthest is " + number(farthest) + " m" +
+                     advice);
+}
+
+FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::object& K,
+                        std::optional<double> depth_scale, const py::object& T, bool along_ray,
+                        double max_depth, std::optional<double> distance_threshold, int min_inliers,
                         double timestamp) {
   if (image.ndim() != 2 || image.size() == 0)
     throw InputError("the depth image must have the shape (H, W), not " +
@@ -136,9 +186,10 @@ FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::objec
   const PinholeCamera camera = cameraOf(K, image.shape(0), image.shape(1));
   const auto width = static_cast<std::uint32_t>(image.shape(1));
   const auto height = static_cast<std::uint32_t>(image.shape(0));
+  const char kind = image.dtype().kind();
+  const double scale = depth_scale.value_or(kind == 'f' ? 1.0 : 1000.0);
   const io::DepthProjector projector(camera, scale, along_ray);
   io::CloudData cloud;
-  const char kind = image.dtype().kind();
   if (py::isinstance<py::array_t<std::uint16_t>>(image)) {
     const auto values = py::array_t<std::uint16_t, py::array::c_style>::ensure(image);
     projector.project({width, height, {values.data(), values.data() + values.size()}}, cloud);
@@ -155,6 +206,7 @@ FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::objec
   frame.T_world_sensor = poseOf(T, "T");
   frame.setCamera(camera);
   requirePositive("max_depth", max_depth, "m");
+  requireDepths(cloud, scale, max_depth);
   frame.max_depth = max_depth;
   return insertFrame(self, frame, nullptr, distance_threshold, min_inliers, timestamp);
 }
@@ -373,8 +425,8 @@ void addMap(py::module_& module) {
            "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
            "K"_a = py::none(), "Adds a cloud of the sensor's frame; T = T_world_sensor.")
       .def(
-          "insert_depth", &insertDepth, "image"_a, "K"_a, "scale"_a = 1000.0, "T"_a = py::none(),
-          py::kw_only(), "along_ray"_a = false, "max_depth"_a = 8.0,
+          "insert_depth", &insertDepth, "image"_a, "K"_a, "depth_scale"_a = py::none(),
+          "T"_a = py::none(), py::kw_only(), "along_ray"_a = false, "max_depth"_a = 8.0,
           "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
           "Adds a depth image of a pinhole camera; T = T_world_camera. Values are depths along the "
           "camera's axis, with along_ray distances along the rays of the pixels.")
@@ -403,6 +455,8 @@ void addMap(py::module_& module) {
       .def("unknown_cuboids", rows<&PlanarMap::unknownCuboids>(),
            "Unknown space as axis-aligned cuboids.")
       .def("free_cuboids", rows<&PlanarMap::freeCuboids>(), "Space that a measurement passed.")
+      .def("mesh", &meshOf)
+      .def("state_of_box", &stateOf, "low"_a, "high"_a)
       .def("planes", rows<&PlanarMap::planes>(), "Planes, world frame.")
       .def("trajectory", &trajectory, "Time stamps (N) and sensor poses (N, 4, 4).")
       .def("bounds", &bounds, "Corners (2, 3) of the box around the cuboids, or None.")

@@ -86,4 +86,5 @@ PYBIND11_MODULE(_native, module) {
   python::addErrors(module);
   python::addClouds(module);
   python::addMap(module);
+  python::addSequences(module);
 }

@@ -11,8 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "paths.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/output.h"
+#include "planar_mapping/pipeline/ready_configuration.h"
 #include "planar_mapping/pipeline/runner.h"
 
 namespace planar_mapping::python {
@@ -21,15 +23,6 @@ namespace {
 namespace py = pybind11;
 
 using Path = std::filesystem::path;
-
-/// One path, or a sequence of them.
-std::vector<std::string> pathsOf(const py::object& paths) {
-  if (py::isinstance<py::str>(paths) || py::hasattr(paths, "__fspath__"))
-    return {paths.cast<Path>().string()};
-  std::vector<std::string> list;
-  for (const py::handle path : paths) list.push_back(path.cast<Path>().string());
-  return list;
-}
 
 /// As YAML has it: sequences, also those of NumPy, in brackets.
 std::string yamlOf(py::object value) {
@@ -51,20 +44,29 @@ std::vector<std::string> assignmentsOf(const py::dict& settings) {
   return assignments;
 }
 
-py::object run(const Path& config, const py::object& inputs, const Path& out,
+py::object run(const std::optional<Path>& config, const py::object& inputs, const Path& out,
                const std::optional<Path>& poses, const py::dict& settings,
                const std::optional<std::string>& profile, const std::optional<std::string>& frames,
                const std::optional<int>& threads, const std::optional<std::uint64_t>& seed,
                bool overwrite, bool resume, const py::object& progress) {
   ConfigurationOverrides overrides;
-  overrides.assignments = assignmentsOf(settings);
+  std::string name = config ? config->string() : "";
+  if (!config) {  // as the command does
+    io::SequenceOptions options;
+    options.poses_file = poses.value_or(Path()).string();
+    ReadyConfiguration ready = readyConfigurationFor(io::Sequence(pathsOf(inputs), options));
+    name = ready.name;
+    overrides.assignments = std::move(ready.assignments);
+  }
+  for (std::string& assignment : assignmentsOf(settings))
+    overrides.assignments.push_back(std::move(assignment));
   overrides.assigned_by = "settings: ";
   if (threads) overrides.assignments.push_back("threads=" + std::to_string(*threads));
   if (seed) overrides.assignments.push_back("seed=" + std::to_string(*seed));
   overrides.profile = profile;
   StageTable table;
   registerBuiltinStages(table);
-  Configuration configuration = loadConfiguration(config.string(), table, overrides);
+  Configuration configuration = loadConfiguration(name, table, overrides);
   configuration.inputs = pathsOf(inputs);
   configuration.poses = poses.value_or(Path()).string();
   if (frames) configuration.frames = parseFrameSelection(*frames);

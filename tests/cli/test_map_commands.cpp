@@ -128,8 +128,9 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
 
 TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
   const std::string file = map();
-  for (const char* name : {"c.pmap", "c.json", "c.csv", "c.sdf", "c/", "c.urdf", "c.scene", "c.pgm",
-                           "c.bt", "c.ot", "c.vtp", "c.glb", "c.ply", "c.obj", "c.stl", "c.pcd"}) {
+  for (const char* name :
+       {"c.pmap", "c.json", "c.csv", "c.sdf", "c/", "c.urdf", "c.scene", "c.pgm", "c.html", "c.bt",
+        "c.ot", "c.vtp", "c.glb", "c.ply", "c.obj", "c.stl", "c.pcd"}) {
     EXPECT_EQ(planarMap({"convert", file, directory_ / name}).exit_code, 0) << name;
     const std::string written = name == std::string("c/") ? "c/model.sdf" : name;
     EXPECT_GT(read(written).size(), 100u) << name;
@@ -193,7 +194,7 @@ TEST_F(MapCommands, ConvertIntoTooFineAnOctreeFailsInBoundedMemory) {
 TEST_F(MapCommands, ConvertOntoAFullDiskLeavesNothing) {
   const std::string file = map();
   for (const char* name : {"m.csv", "m.sdf", "m/", "m.urdf", "m.scene", "m.pgm", "m.bt", "m.ot",
-                           "m.vtp", "m.glb", "m.ply", "m.obj", "m.stl", "m.pcd"}) {
+                           "m.html", "m.vtp", "m.glb", "m.ply", "m.obj", "m.stl", "m.pcd"}) {
 #ifdef PLANAR_MAPPING_SANITIZED
     // Where it is not inlined, the packaged OctoMap's own code says on stderr what it writes.
     if (name == std::string("m.bt")) continue;

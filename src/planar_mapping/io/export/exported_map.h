@@ -56,8 +56,10 @@ struct ExportedMap {
   std::vector<Cuboid> free;     ///< seen free; only for formats that say so
   Vector3 up = Vector3::UnitZ();
   Vector3 origin = Vector3::Zero();  ///< PlanarMapParams::origin
-  PlanSource plan;                   ///< only for plans
+  std::vector<Cuboid> unknown;       ///< only for pages
+  PlanSource plan;                   ///< only for plans and pages
   double resolution = 0.1;
+  std::size_t frames = 0;
   ExportOptions options;
   mutable std::vector<std::string> notes;  ///< of plans: what a user should know
 
@@ -69,6 +71,7 @@ enum class Space {
   AsAsked,  ///< unknown cuboids if the options say so
   Free,     ///< what was seen free
   Plan,     ///< what plans are made of
+  Page,     ///< cuboids, unknown space and what plans are made of
 };
 ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& options);
 
@@ -76,10 +79,13 @@ ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& o
 using Contents = std::vector<std::string>;
 // path is the one asked for. A plan has the same files for each of its storeys.
 using Writer = Contents(const ExportedMap& map, const std::string& path);
-Writer writeCsv, writeGlb, writeModelFolder, writeObj, writePly, writePoints, writeScene, writeSdf,
-    writeStl, writeUrdf, writeVtp;
+Writer writeCsv, writeGlb, writeModelFolder, writeObj, writePage, writePly, writePoints, writeScene,
+    writeSdf, writeStl, writeUrdf, writeVtp;
 Writer writeDxf, writePgm, writeSvg;  ///< plans
 Writer writeOctree;                   ///< .bt, .ot
+
+/// The storey on which the path ends. \param plans  of planar_mapping::plansOf()
+const Plan& storeyOfPath(const ExportedMap& map, const std::vector<Plan>& plans);
 
 /// "origin_m X Y Z" between two texts for a map that has an origin of its own, else nothing.
 std::string originNote(const ExportedMap& map, const char* before, const char* after);

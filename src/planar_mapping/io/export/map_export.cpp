@@ -38,6 +38,8 @@ constexpr Format kFormats[] = {
     {".dxf", "floor plan, a file for each storey: CAD", writeDxf, Space::Plan},
     {".bt", "octree, free or occupied: OctoMap, octovis, MoveIt", writeOctree, Space::Free},
     {".ot", "octree of log-odds: OctoMap", writeOctree, Space::Free},
+    {".html", "one page with the map in 3-D, its plan and figures: web browsers", writePage,
+     Space::Page},
     {".vtp", "boxes with their properties: ParaView, VTK", writeVtp},
     {".glb", "glTF 2.0, y up: Blender, web browsers, Unity, assimp", writeGlb},
     {".ply", "coloured mesh: MeshLab, CloudCompare, PCL, Open3D", writePly},
@@ -87,14 +89,13 @@ void requireName(const std::string& frame_id) {
 
 ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& options) {
   ExportedMap exported;
-  if (space == Space::Plan) {
-    exported.plan = planSourceOf(map);
-  } else {
-    exported.cuboids = map.cuboids();
-  }
+  if (space == Space::Plan || space == Space::Page) exported.plan = planSourceOf(map);
+  if (space != Space::Plan) exported.cuboids = map.cuboids();
+  if (space == Space::Page) exported.unknown = map.unknownCuboids();
   exported.up = map.params().approximation.up.normalized();
   exported.origin = map.params().origin;
   exported.resolution = map.params().approximation.resolution;
+  exported.frames = map.frames();
   exported.options = options;
   if (space == Space::Free) {
     exported.free = map.freeCuboids();

@@ -21,15 +21,25 @@ enum class ExportedPoints {
   Surface,  ///< a grid on its faces
 };
 
+/// What a page tells of the run that made the map: the text of its files, empty = none.
+struct RunRecord {
+  std::string title;    ///< of the page; empty = the name of its file
+  std::string metrics;  ///< metrics.json
+  std::string frames;   ///< frames.csv
+  std::string log;      ///< run.log
+};
+
 /// What exportMap() writes; lengths in metres. Each format uses those that concern it.
 struct ExportOptions {
-  bool unknown = false;  ///< unknown space as well, as boxes; json, pmap, bt, ot, pgm always tell
+  bool unknown =
+      false;  ///< unknown space as well, as boxes; json, pmap, bt, ot, pgm, html always tell
   std::string frame_id = "map";  ///< name of the map's frame (json, csv, urdf, pgm)
   double cell = 0.0;      ///< side of a cell of bt, ot and of plans; 0 = the map's resolution
-  RobotModel robot;       ///< of plans: pgm, svg, dxf
+  RobotModel robot;       ///< of plans: pgm, svg, dxf, html
   bool distance = false;  ///< pgm: the distance to the nearest obstacle as well, as .npy
   ExportedPoints points = ExportedPoints::Centers;  ///< pcd
   double spacing = 0.0;  ///< pcd: between points of a surface; 0 = half the map's resolution
+  RunRecord run;         ///< html
   Overwrite overwrite = Overwrite::Refuse;
 };
 

@@ -42,9 +42,8 @@ std::vector<Plan> plansFor(const ExportedMap& map) {
     map.notes.push_back(note);
   }
   if (plans.size() > 1) {
-    const double end =
-        map.plan.path.empty() ? plans[0].floor : map.plan.up.dot(map.plan.path.back());
-    plans.insert(plans.begin(), storeyBelow(plans, end));
+    const Plan last = storeyOfPath(map, plans);
+    plans.insert(plans.begin(), last);
   }
   return plans;
 }
@@ -164,6 +163,11 @@ std::string dxfOf(const std::vector<WallRectangle>& walls, double floor) {
 }
 
 }  // namespace
+
+const Plan& storeyOfPath(const ExportedMap& map, const std::vector<Plan>& plans) {
+  const std::vector<Vector3>& path = map.plan.path;
+  return storeyBelow(plans, path.empty() ? plans.front().floor : map.plan.up.dot(path.back()));
+}
 
 Contents writePgm(const ExportedMap& map, const std::string& path) {
   Contents contents;
