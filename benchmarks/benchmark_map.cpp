@@ -94,9 +94,14 @@ PlanarMapParams mapParams(double resolution, bool unknown) {
 }
 
 /// Planes given; one iteration is the whole sequence into an empty map, the time that of a frame.
-/// \param with_cuboids  the map is asked for its cuboids after each frame
-void insertFrames(benchmark::State& state, const std::string& source, double resolution,
-                  bool unknown, bool with_segmentation, bool with_cuboids) {
+struct InsertOptions {
+  bool unknown = true;
+  bool segmentation = false;
+  bool cuboids = false;  ///< the map is asked for them after each frame
+  bool planes = true;    ///< or all points are clutter
+};
+void insertFrames(benchmark::State& state, const std::string& source,
+                  const InsertOptions& options) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
   if (sequence.empty()) {
     state.SkipWithError("no data");
@@ -104,16 +109,17 @@ void insertFrames(benchmark::State& state, const std::string& source, double res
   }
   std::unique_ptr<PlanarMap> map;
   for (auto _ : state) {
-    map = std::make_unique<PlanarMap>(mapParams(resolution, unknown));
+    map = std::make_unique<PlanarMap>(mapParams(0.1, options.unknown));
     for (const BenchmarkFrame& frame : sequence) {
       FrameObservation observation = frame.observation();
       PlaneSet found;
-      if (with_segmentation) {
+      if (options.segmentation) {
         found = findPlanes(frame.view(), nullptr, segmentationParams());
         observation.planes = &found.planes;
       }
+      if (!options.planes) observation.planes = nullptr;
       map->insert(observation);
-      if (with_cuboids) benchmark::DoNotOptimize(map->cuboids().data());
+      if (options.cuboids) benchmark::DoNotOptimize(map->cuboids().data());
     }
     benchmark::DoNotOptimize(map->frames());
   }
@@ -301,10 +307,13 @@ void registerAll() {
       benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
           ->Unit(benchmark::kMillisecond);
     };
-    add("planar_map/0.1", insertFrames, source, 0.1, true, false, false);
-    add("planar_map/0.1/no_unknown", insertFrames, source, 0.1, false, false, false);
-    add("planar_map/0.1/with_segmentation", insertFrames, source, 0.1, true, true, false);
-    add("planar_map/0.1/with_cuboids", insertFrames, source, 0.1, true, false, true);
+    add("planar_map/0.1", insertFrames, source, InsertOptions());
+    add("planar_map/0.1/no_unknown", insertFrames, source, InsertOptions{false});
+    add("planar_map/0.1/with_segmentation", insertFrames, source, InsertOptions{true, true});
+    add("planar_map/0.1/with_cuboids", insertFrames, source, InsertOptions{true, false, true});
+    add("planar_map/0.1/clutter", insertFrames, source, InsertOptions{true, false, false, false});
+    add("planar_map/0.1/clutter/with_cuboids", insertFrames, source,
+        InsertOptions{true, false, true, false});
     const auto addQuestion = [&](const std::string& name, auto&&... arguments) {
       benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
           ->Unit(benchmark::kMicrosecond);

@@ -3,44 +3,98 @@
 #include "planar_mapping/cuboids/cover/set_cover.h"
 
 #include <algorithm>
+#include <numeric>
 #include <random>
 #include <utility>
+
+#include "planar_mapping/base/lists.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::size_t kStepsPerSet = 2;
+constexpr std::size_t kStepsPerSet = 2;  // of those that no other one stands for
 constexpr std::uint32_t kNoSet = 0xFFFFFFFFu;
 
-/// A bit for each set, by chance one of 64: a list can only hold another one whose bits it has.
-std::uint64_t marksOf(const CellSet& sets) {
+/// Lists of numbers, one after another in memory.
+class Lists {
+ public:
+  struct List {
+    const std::uint32_t* first;
+    const std::uint32_t* last;
+
+    const std::uint32_t* begin() const { return first; }
+    const std::uint32_t* end() const { return last; }
+    std::size_t size() const { return static_cast<std::size_t>(last - first); }
+    bool operator<(const List& other) const {
+      return std::lexicographical_compare(first, last, other.first, other.last);
+    }
+    bool operator==(const List& other) const {
+      return std::equal(first, last, other.first, other.last);
+    }
+  };
+
+  std::size_t size() const { return begin_.size() - 1; }
+  List operator[](std::size_t i) const {
+    return {items_.data() + begin_[i], items_.data() + begin_[i + 1]};
+  }
+  template <typename List>
+  void add(const List& list) {
+    items_.insert(items_.end(), list.begin(), list.end());
+    close();
+  }
+  void push(std::uint32_t number) { items_.push_back(number); }
+  /// What was pushed is a list.
+  void close() { begin_.push_back(static_cast<std::uint32_t>(items_.size())); }
+
+  /// For each number below \p count the lists that hold it, ascending.
+  template <typename Source>
+  static Lists holders(std::size_t count, const Source& lists) {
+    Lists all;
+    all.begin_.assign(count + 1, 0);
+    for (std::size_t i = 0; i < lists.size(); ++i)
+      for (const std::uint32_t n : lists[i]) ++all.begin_[n + 1];
+    std::partial_sum(all.begin_.begin(), all.begin_.end(), all.begin_.begin());
+    all.items_.resize(all.begin_.back());
+    std::vector<std::uint32_t> next(all.begin_.begin(), all.begin_.end() - 1);
+    for (std::uint32_t i = 0; i < lists.size(); ++i)
+      for (const std::uint32_t n : lists[i]) all.items_[next[n]++] = i;
+    return all;
+  }
+
+ private:
+  std::vector<std::uint32_t> begin_ = {0};
+  std::vector<std::uint32_t> items_;
+};
+
+/// A bit for each number, by chance one of 64: a list can only hold another one whose bits it has.
+std::uint64_t marksOf(const Lists::List& numbers) {
   constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15u;
   std::uint64_t marks = 0;
-  for (const std::uint32_t s : sets) marks |= std::uint64_t{1} << ((s * kGolden) >> 58);
+  for (const std::uint32_t n : numbers) marks |= std::uint64_t{1} << ((n * kGolden) >> 58);
   return marks;
 }
 
-/// For each element the sets that hold it; only of elements that no other one's sets all hold, as
-/// whoever covers that other one covers these.
-std::vector<CellSet> setsOfElements(std::size_t elements, const std::vector<CellSet>& sets) {
-  std::vector<CellSet> all(elements);
-  for (std::size_t s = 0; s < sets.size(); ++s) {
-    for (const std::uint32_t e : sets[s]) all[e].push_back(static_cast<std::uint32_t>(s));
-  }
-  std::sort(all.begin(), all.end(), [](const CellSet& l, const CellSet& r) {
-    return l.size() != r.size() ? l.size() < r.size() : l < r;
+/// Of lists of sets, each of the sets that hold an element, those that hold no other list: whoever
+/// covers the element of the other one covers theirs.
+/// \param sets  number of all
+Lists hardest(const Lists& all, std::size_t sets) {
+  std::vector<std::uint32_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::uint32_t{0});
+  std::sort(order.begin(), order.end(), [&](std::uint32_t l, std::uint32_t r) {
+    return all[l].size() != all[r].size() ? all[l].size() < all[r].size() : all[l] < all[r];
   });
-  all.erase(std::unique(all.begin(), all.end()), all.end());
   struct Kept {
     std::uint64_t marks;
-    std::size_t number;
+    std::uint32_t number;
   };
-  std::vector<std::vector<Kept>> by_first(sets.size());
-  std::vector<CellSet> kept;
-  for (CellSet& own : all) {
+  std::vector<std::vector<Kept>> by_first(sets);
+  Lists kept;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Lists::List own = all[order[i]];
+    if (own.size() == 0 || (i > 0 && own == all[order[i - 1]])) continue;
     const std::uint64_t marks = marksOf(own);
     const auto isWithin = [&](const Kept& k) {
-      const CellSet& other = kept[k.number];
+      const Lists::List other = all[k.number];
       return (k.marks & ~marks) == 0 &&
              std::includes(own.begin(), own.end(), other.begin(), other.end());
     };
@@ -48,20 +102,50 @@ std::vector<CellSet> setsOfElements(std::size_t elements, const std::vector<Cell
       return std::any_of(by_first[s].begin(), by_first[s].end(), isWithin);
     });
     if (is_implied) continue;
-    by_first[own.front()].push_back({marks, kept.size()});
-    kept.push_back(std::move(own));
+    by_first[*own.begin()].push_back({marks, order[i]});
+    kept.add(own);
   }
   return kept;
+}
+
+/// For each set the one that stands for it: one that holds all its elements, or itself; none for a
+/// set without elements.
+/// \param sets_of  for each element the sets that hold it
+std::vector<std::uint32_t> standIns(std::size_t sets, const Lists& sets_of) {
+  const Lists elements_of = Lists::holders(sets, sets_of);
+  std::vector<std::uint64_t> marks(sets);
+  for (std::size_t s = 0; s < sets; ++s) marks[s] = marksOf(elements_of[s]);
+  std::vector<std::uint32_t> order(sets);
+  std::iota(order.begin(), order.end(), std::uint32_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t l, std::uint32_t r) {
+    return elements_of[l].size() > elements_of[r].size();
+  });
+  std::vector<std::uint32_t> stand_in(sets, kNoSet);
+  for (const std::uint32_t s : order) {
+    const Lists::List own = elements_of[s];
+    if (own.size() == 0) break;
+    const auto holdsAll = [&](std::uint32_t other) {
+      const Lists::List its = elements_of[other];
+      return stand_in[other] == other && (marks[s] & ~marks[other]) == 0 &&
+             std::includes(its.begin(), its.end(), own.begin(), own.end());
+    };
+    const std::uint32_t rarest = *std::min_element(
+        own.begin(), own.end(),
+        [&](std::uint32_t l, std::uint32_t r) { return sets_of[l].size() < sets_of[r].size(); });
+    const Lists::List others = sets_of[rarest];
+    const auto found = std::find_if(others.begin(), others.end(), holdsAll);
+    stand_in[s] = found != others.end() ? *found : s;
+  }
+  return stand_in;
 }
 
 /// Takes sets out of a cover and puts others in until one fewer does. Elements that are left open
 /// gain weight, so that the search turns to what is hard to cover.
 class RowWeighting {
  public:
-  RowWeighting(std::size_t sets, const std::vector<CellSet>& sets_of,
-               const std::vector<std::size_t>& start)
+  RowWeighting(std::size_t sets, const Lists& sets_of, const std::vector<std::size_t>& start)
       : sets_of_(sets_of),
-        elements_of_(sets),
+        elements_of_(Lists::holders(sets, sets_of)),
         covers_(sets_of.size(), 0),
         weight_(sets_of.size(), 1),
         place_(sets_of.size(), 0),
@@ -70,10 +154,7 @@ class RowWeighting {
         chosen_(sets, 0),
         may_enter_(sets, 1) {
     for (std::uint32_t e = 0; e < sets_of.size(); ++e) {
-      for (const std::uint32_t s : sets_of[e]) {
-        elements_of_[s].push_back(e);
-        ++score_[s];
-      }
+      for (const std::uint32_t s : sets_of[e]) ++score_[s];
       leaveOpen(e);
     }
     for (const std::size_t s : start) add(static_cast<std::uint32_t>(s));
@@ -134,7 +215,7 @@ class RowWeighting {
     for (const std::uint32_t s : sets_of_[element]) {
       if (may_enter_[s] != 0 && isBetter(s, best)) best = s;
     }
-    return best == kNoSet ? sets_of_[element].front() : best;
+    return best == kNoSet ? *sets_of_[element].begin() : best;
   }
 
   void flip(std::uint32_t s) {
@@ -172,16 +253,16 @@ class RowWeighting {
     may_enter_[s] = 0;  // not until something beside it has changed
   }
 
-  const std::vector<CellSet>& sets_of_;  ///< by element
-  std::vector<CellSet> elements_of_;     ///< by set
-  std::vector<std::uint32_t> cover_;     ///< the sets that are chosen
-  std::vector<std::uint32_t> open_;      ///< elements of none of them
-  std::vector<std::uint32_t> covers_;    ///< how many of them hold an element
-  std::vector<std::int64_t> weight_;     ///< of elements
-  std::vector<std::size_t> place_;       ///< of elements in open_
-  std::vector<std::int64_t> score_;      ///< weight of what is covered if the set is moved, less
-                                         ///< that of what no longer is
-  std::vector<std::size_t> moved_;       ///< step in which a set was last moved
+  const Lists& sets_of_;               ///< by element
+  const Lists elements_of_;            ///< by set
+  std::vector<std::uint32_t> cover_;   ///< the sets that are chosen
+  std::vector<std::uint32_t> open_;    ///< elements of none of them
+  std::vector<std::uint32_t> covers_;  ///< how many of them hold an element
+  std::vector<std::int64_t> weight_;   ///< of elements
+  std::vector<std::size_t> place_;     ///< of elements in open_
+  std::vector<std::int64_t> score_;    ///< weight of what is covered if the set is moved, less
+                                       ///< that of what no longer is
+  std::vector<std::size_t> moved_;     ///< step in which a set was last moved
   std::vector<std::uint8_t> chosen_;
   std::vector<std::uint8_t> may_enter_;
   std::size_t step_ = 0;
@@ -191,9 +272,36 @@ class RowWeighting {
 
 std::vector<std::size_t> fewerSets(std::size_t elements, const std::vector<CellSet>& sets,
                                    const std::vector<std::size_t>& start) {
-  const std::vector<CellSet> sets_of = setsOfElements(elements, sets);
+  Lists rows = hardest(Lists::holders(elements, sets), sets.size());
+  std::vector<std::size_t> kept(sets.size());
+  std::iota(kept.begin(), kept.end(), std::size_t{0});
+  std::vector<std::size_t> first = start;
+  // The search is among the elements and sets for which no other one stands.
+  while (true) {
+    const std::vector<std::uint32_t> stand_in = standIns(kept.size(), rows);
+    std::vector<std::uint32_t> number(kept.size(), kNoSet);
+    std::size_t count = 0;
+    for (std::uint32_t s = 0; s < kept.size(); ++s) {
+      if (stand_in[s] != s) continue;
+      number[s] = static_cast<std::uint32_t>(count);
+      kept[count++] = kept[s];
+    }
+    if (count == kept.size()) break;
+    kept.resize(count);
+    eraseIf(first, [&](std::size_t s) { return stand_in[s] == kNoSet; });
+    for (std::size_t& s : first) s = number[stand_in[s]];
+    makeDistinct(first);
+    Lists fewer;
+    for (std::size_t e = 0; e < rows.size(); ++e) {
+      for (const std::uint32_t s : rows[e])
+        if (number[s] != kNoSet) fewer.push(number[s]);
+      fewer.close();
+    }
+    rows = hardest(fewer, count);
+  }
   std::vector<std::size_t> cover =
-      RowWeighting(sets.size(), sets_of, start).run(kStepsPerSet * sets.size());
+      RowWeighting(kept.size(), rows, first).run(kStepsPerSet * kept.size());
+  for (std::size_t& s : cover) s = kept[s];
   std::sort(cover.begin(), cover.end());
   return cover;
 }
