@@ -79,15 +79,11 @@ RobotModel anyRobot(fuzz::Input& input) {
   return robot;
 }
 
-bool contains(const Cuboid& cuboid, const Vector3& point) {
-  const Vector3 local = cuboid.orientation.conjugate() * (point - cuboid.center);
-  return (local.cwiseAbs().array() < 0.5 * cuboid.size.array() - 1e-6).all();
-}
-
 /// Does a cuboid whose lower end is in the robot's height stand in the middle of a cell?
 bool isInObstacle(const PlanSource& source, const RobotModel& robot, const Vector3& floor) {
-  for (const Cuboid& cuboid : source.occupied) {
+  for (Cuboid cuboid : source.occupied) {
     const double bottom = cuboid.center.z() - reach(cuboid).z();
+    cuboid.size.array() -= 1e-5;  // at its faces either is right
     if (cuboid.state == CellState::Occupied && bottom > floor.z() + robot.max_step + 1e-4 &&
         bottom < floor.z() + robot.height - 1e-4 &&
         contains(cuboid, {floor.x(), floor.y(), cuboid.center.z()}))
