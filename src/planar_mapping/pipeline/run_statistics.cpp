@@ -210,7 +210,8 @@ Json RunStatistics::metrics(const Configuration& configuration, const PlanarMap&
                                     std::pair("non_planar", &FrameReport::points_non_planar),
                                     std::pair("rejected", &FrameReport::points_rejected),
                                     std::pair("beyond", &FrameReport::points_beyond)}) {
-    json["points"][name] = sumOf(reports_, [&](const FrameReport& r) { return r.*field; });
+    json["points"][name] =
+        sumOf(reports_, [field = field](const FrameReport& r) { return r.*field; });
   }
   json["points"]["removed_by"] = Json::object();
   for (std::size_t i = 0; i < keys.size(); ++i) {

@@ -47,7 +47,7 @@ void FrameLocator::startViews() {
 }
 #endif
 
-void FrameLocator::lookAt(const Frame& frame) {
+void FrameLocator::lookAt([[maybe_unused]] const Frame& frame) {
   doubt_.clear();
   cloud_reason_.clear();
 #ifdef PLANAR_MAPPING_HAS_STEREO
