@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/planes/multi_plane.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/point_indices.h"
+#include "planar_mapping/planes/cloud_image.h"
 #include "planar_mapping/planes/plane_search.h"
 
 namespace planar_mapping {
@@ -104,6 +106,21 @@ PlaneSet findPlanesBy(PlaneSearchMethod method, const PointsView& points, const 
   }
 }
 
+/// Inliers that are pixels become the points there. Pixels and points are in the same order but for
+/// an image that was turned over; patches follow.
+void takeInliers(const Indices& points, PlaneSegment& segment) {
+  for (int& inlier : segment.inliers) inlier = points[static_cast<std::size_t>(inlier)];
+  if (std::is_sorted(segment.inliers.begin(), segment.inliers.end())) return;
+  std::vector<std::pair<int, std::int32_t>> both(segment.inliers.size());
+  for (std::size_t i = 0; i < both.size(); ++i)
+    both[i] = {segment.inliers[i], segment.patches.empty() ? 0 : segment.patches[i]};
+  std::sort(both.begin(), both.end());
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    segment.inliers[i] = both[i].first;
+    if (!segment.patches.empty()) segment.patches[i] = both[i].second;
+  }
+}
+
 std::size_t inliersOf(const PlaneSet& set) {
   std::size_t count = 0;
   for (const PlaneSegment& segment : set.planes) count += segment.inliers.size();
@@ -147,6 +164,13 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   const std::size_t considered = detail::countOf(points, indices);
 
   const bool is_automatic = params.method == PlaneSearchMethod::Automatic;
+  if (is_automatic && !points.isOrganized() && considered > kMaxSparsePoints && sensor.isZero()) {
+    if (const auto image = detail::imageOf(points, indices)) {
+      PlaneSet set = findPlanes(image->view(), &image->pixels, params, sensor);
+      for (PlaneSegment& segment : set.planes) takeInliers(image->points, segment);
+      return set;
+    }
+  }
   PlaneSearchMethod method =
       is_automatic ? chooseMethod(points, params, considered, sensor) : params.method;
   PlaneSet set = findPlanesBy(method, points, indices, params, sensor);

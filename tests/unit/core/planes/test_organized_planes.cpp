@@ -59,6 +59,37 @@ TEST(OrganizedPlanes, FindsPlanesExactlyAndWithNoiseAndMissingPixels) {
   }
 }
 
+TEST(OrganizedPlanes, AnImageWithoutThePixelsThatMeasuredNothingHasItsPlanes) {
+  DepthScene scene = cornerOfARoom();
+  scene.render(0.0015, 0.2, 2);
+  MultiPlaneParams params = organized();
+  const PlaneSet expected = search(scene, params);
+  std::vector<float> dense;
+  Indices pixels;
+  for (std::size_t i = 0; i < scene.truth.size(); ++i) {
+    if (!scene.view().isMeasured(i)) continue;
+    dense.insert(dense.end(), scene.view()[i], scene.view()[i] + 3);
+    pixels.push_back(static_cast<int>(i));
+  }
+  params.method = PlaneSearchMethod::Automatic;
+  const PlaneSet found = findPlanes({dense.data(), pixels.size()}, nullptr, params);
+  EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::Organized);
+  ASSERT_EQ(found.planes.size(), expected.planes.size());
+  for (std::size_t k = 0; k < found.planes.size(); ++k) {
+    Indices inliers = found.planes[k].inliers;
+    for (int& inlier : inliers) inlier = pixels[static_cast<std::size_t>(inlier)];
+    EXPECT_EQ(inliers, expected.planes[k].inliers);
+  }
+  // Points in another order are searched as they are.
+  std::vector<float> mixed;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const float* p = dense.data() + 3 * (7919 * i % pixels.size());
+    mixed.insert(mixed.end(), p, p + 3);
+  }
+  EXPECT_EQ(findPlanes({mixed.data(), pixels.size()}, nullptr, params).diagnostics.method,
+            PlaneSearchMethod::Sequential);
+}
+
 TEST(OrganizedPlanes, ZerosAmongListedPointsAreNoMeasurements) {
   DepthScene scene = cornerOfARoom();
   scene.render(0.0015, 0.2, 2);

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "planar_mapping/base/types.h"
+
+namespace planar_mapping::detail {
+
+/// The image of a camera that an unorganized cloud was before the points that were not measured
+/// were taken out.
+struct CloudImage {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::vector<float> xyz;  ///< of each pixel, row by row; NaN where the cloud has no point
+  Indices points;          ///< the point of the cloud at each pixel, -1 = none
+  Indices pixels;          ///< with a point, ascending
+
+  PointsView view() const { return {xyz.data(), width, height, 3}; }
+};
+
+/// The image of a cloud whose points are still in the order of its rows: x / z and y / z then lie
+/// on a lattice, the pixels of a pinhole camera at the origin that looks along z. Nothing where
+/// they do not, two points have one pixel, or few pixels of the image have a point. O(points).
+/// [ours] \param indices the points that count, or null for all that are measured
+std::optional<CloudImage> imageOf(const PointsView& points, const Indices* indices);
+
+}  // namespace planar_mapping::detail
