@@ -129,6 +129,24 @@ TEST(Window, OtherContentIsSeenFromTheSamePlace) {
   EXPECT_LT(compareImages(window.image(), before).changed, 0.002) << "shown as it was";
 }
 
+TEST(Window, KeepsContentThatGrowsInViewUntilTheCameraIsMoved) {
+  const std::unique_ptr<Window> opened =
+      openWindow(testing::room(), small(), Window::Screen::Offscreen);
+  Window& window = *opened;
+  SceneContent larger = testing::room();
+  for (Cuboid cuboid : testing::room().cuboids) {
+    cuboid.center.x() += 8.0;
+    larger.cuboids.push_back(cuboid);
+  }
+  window.setContent(larger);
+  const CameraView framed = placeCamera(larger, small());
+  EXPECT_LT((window.camera().position - framed.position).norm(), 1e-6);
+  window.sendKey("plus");
+  const CameraView moved = window.camera();
+  window.setContent(testing::room());
+  EXPECT_EQ(window.camera().position, moved.position);
+}
+
 TEST(Window, FollowsContentThatChanges) {
   const std::unique_ptr<Window> opened =
       openWindow(testing::room(), small(), Window::Screen::Offscreen);

@@ -144,6 +144,24 @@ TEST(PlaceCamera, StrayCellsFarOutDoNotShrinkThePicture) {
   EXPECT_GE(placeCamera(content, options).parallel_scale, floor);
 }
 
+TEST(PlaceCamera, OneFarPlaneAndTheOriginOfACloudAreNotFramed) {
+  SceneContent content = testing::room();
+  ViewOptions options;
+  options.camera = CameraPreset::Top;
+  content.trajectory.clear();
+  Vector3 low, high, low_then, high_then;
+  ASSERT_TRUE(content.bounds(low, high));
+  const double before = placeCamera(content, options).parallel_scale;
+  Cuboid far = testing::plate({200.0, 100.0, 0.0}, {0, 0, 1}, 1, 1, 77, 0.1);
+  content.cuboids.push_back(far);
+  content.trajectory.assign(1, Pose(Eigen::Translation3d(-90.0, 0.0, 0.0)));
+  content.sensors_known = false;  // it is the origin of a merged cloud
+  EXPECT_EQ(placeCamera(content, options).parallel_scale, before);
+  ASSERT_TRUE(content.bounds(low_then, high_then));
+  EXPECT_EQ(low, low_then);
+  EXPECT_EQ(high, high_then);
+}
+
 TEST(PlaceCamera, RefusesAnEmptyScene) {
   EXPECT_THROW(placeCamera(SceneContent(), ViewOptions()), InputError);
 }

@@ -31,54 +31,20 @@ Frame frameOf(const Vector3& direction, const Vector3& up) {
   return {right, right.cross(direction), -direction};
 }
 
-double areaOf(const Cuboid& cuboid) {
-  const Vector3& a = cuboid.size;
-  return a.x() * a.y() + a.y() * a.z() + a.z() * a.x();
-}
-
-/// Without the cuboids more than twice as far out as those reach that hold 99 % of all surface:
-/// stray returns would leave the rest a spot in the picture.
-std::vector<const Cuboid*> withoutStrays(const std::vector<Cuboid>& cuboids) {
-  constexpr double kStrayFraction = 0.01;
-  constexpr double kTimesFarther = 2.0;
-  double all = 0.0;
-  Vector3 middle = Vector3::Zero();
-  for (const Cuboid& cuboid : cuboids) {
-    all += areaOf(cuboid);
-    middle += areaOf(cuboid) * cuboid.center;
-  }
-  middle /= std::max(all, 1e-12);
-  std::vector<std::pair<double, const Cuboid*>> by_distance;
-  for (const Cuboid& cuboid : cuboids)
-    by_distance.emplace_back((cuboid.center - middle).norm(), &cuboid);
-  std::sort(by_distance.begin(), by_distance.end());
-  double left = (1.0 - kStrayFraction) * all;
-  double reach = 0.0;
-  std::vector<const Cuboid*> kept;
-  for (const auto& [distance, cuboid] : by_distance) {
-    if (left > 0.0) {
-      reach = std::max(reach, kTimesFarther * (distance + 0.5 * cuboid->size.norm()));
-    } else if (distance > reach) {
-      break;
-    }
-    left -= areaOf(*cuboid);
-    kept.push_back(cuboid);
-  }
-  return kept;
-}
-
 // What has to be in the picture: corners of everything drawn, thinned where there is very much.
 std::vector<Vector3> extremePoints(const SceneContent& content, const ViewOptions& options) {
   std::vector<Vector3> points;
   const Vector3 up = content.up.normalized();
-  for (const Cuboid* cuboid : withoutStrays(content.cuboids)) {
+  for (const Cuboid* cuboid : content.framed()) {
     const auto corner = corners(*cuboid);
     double lowest = INFINITY;
     for (const Vector3& p : corner) lowest = std::min(lowest, p.dot(up));
     if (options.clip_above && lowest > *options.clip_above) continue;
     points.insert(points.end(), corner.begin(), corner.end());
   }
-  for (const Pose& pose : content.trajectory) points.push_back(pose.translation());
+  if (content.sensors_known) {
+    for (const Pose& pose : content.trajectory) points.push_back(pose.translation());
+  }
   const std::size_t step = std::max<std::size_t>(1, content.cloudPoints() / 100000);
   for (const SceneCloud& cloud : content.clouds) {
     for (std::size_t i = 0; i < cloud.size(); i += step) {

@@ -46,16 +46,17 @@ GroundFrame groundFrame(const SceneContent& content) {
   const auto add = [&](const Vector3& p) {
     box.extend(Vector2(p.dot(frame.right), p.dot(frame.forward)));
   };
-  const std::vector<Cuboid>& cuboids = content.cuboids.empty() ? content.unknown : content.cuboids;
-  for (const Cuboid& cuboid : cuboids) {
-    for (const Vector3& corner : corners(cuboid)) add(corner);
+  for (const Cuboid* cuboid : content.framed()) {
+    for (const Vector3& corner : corners(*cuboid)) add(corner);
   }
-  for (const Pose& pose : content.trajectory) add(pose.translation());
-  if (cuboids.empty()) {
+  if (content.sensors_known) {
+    for (const Pose& pose : content.trajectory) add(pose.translation());
+  }
+  if (content.cuboids.empty()) {
     Vector3 low, high;
     if (content.bounds(low, high)) {
-      add(low);
-      add(high);
+      for (int corner = 0; corner < 8; ++corner)
+        add(Eigen::AlignedBox3d(low, high).corner(Eigen::AlignedBox3d::CornerType(corner)));
     }
   }
   if (box.isEmpty()) box = Eigen::AlignedBox2d(Vector2(-1.0, -1.0), Vector2(1.0, 1.0));

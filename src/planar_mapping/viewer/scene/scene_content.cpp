@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
@@ -16,9 +17,9 @@ namespace {
 
 using Bounds = Eigen::AlignedBox3d;
 
-void add(const std::vector<Cuboid>& cuboids, Bounds& box) {
-  for (const Cuboid& cuboid : cuboids) {
-    for (const Vector3& corner : corners(cuboid)) box.extend(corner);
+void add(const SceneContent& content, Bounds& box) {
+  for (const Cuboid* cuboid : content.framed()) {
+    for (const Vector3& corner : corners(*cuboid)) box.extend(corner);
   }
 }
 
@@ -34,11 +35,35 @@ void requireDrawable(const std::vector<Cuboid>& cuboids, const char* what) {
   }
 }
 
+double areaOf(const Cuboid& cuboid) {
+  const Vector3& a = cuboid.size;
+  return a.x() * a.y() + a.y() * a.z() + a.z() * a.x();
+}
+
+/// Along each axis as much surface lies before as behind it.
+Vector3 middleOf(const std::vector<Cuboid>& cuboids) {
+  Vector3 middle = Vector3::Zero();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<std::pair<double, double>> places;  // and areas
+    double left = 0.0;
+    for (const Cuboid& cuboid : cuboids) {
+      places.emplace_back(cuboid.center[axis], areaOf(cuboid));
+      left += 0.5 * areaOf(cuboid);
+    }
+    std::sort(places.begin(), places.end());
+    for (const auto& [place, area] : places) {
+      middle[axis] = place;
+      if ((left -= area) <= 0.0) break;
+    }
+  }
+  return middle;
+}
+
 /// Whether the one pose is far from all that was seen: then it is the origin of a cloud's
 /// coordinates, and no sensor.
 bool startsFarAway(const SceneContent& content) {
   Bounds box;
-  add(content.cuboids, box);
+  add(content, box);
   return content.trajectory.size() == 1 && !box.isEmpty() &&
          (content.trajectory.front().translation() - box.center()).norm() >
              2.0 * box.diagonal().norm();
@@ -52,17 +77,48 @@ std::size_t SceneContent::cloudPoints() const {
   return count;
 }
 
+std::vector<const Cuboid*> SceneContent::framed() const {
+  constexpr double kStrayFraction = 0.05;
+  constexpr double kTimesFarther = 2.0;
+  const Vector3 middle = middleOf(cuboids);
+  double left = 0.0;
+  std::vector<std::pair<double, const Cuboid*>> by_distance;
+  for (const Cuboid& cuboid : cuboids) {
+    left += (1.0 - kStrayFraction) * areaOf(cuboid);
+    by_distance.emplace_back((cuboid.center - middle).norm(), &cuboid);
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+  double reach = 0.0;
+  std::vector<const Cuboid*> kept;
+  for (const auto& [distance, cuboid] : by_distance) {
+    if (left > 0.0) {
+      reach = std::max(reach, kTimesFarther * (distance + 0.5 * cuboid->size.norm()));
+    } else if (distance > reach) {
+      break;
+    }
+    left -= areaOf(*cuboid);
+    kept.push_back(cuboid);
+  }
+  return kept;
+}
+
 bool SceneContent::bounds(Vector3& low, Vector3& high) const {
   Bounds box;
-  add(cuboids, box);
+  add(*this, box);
   for (const SceneCloud& cloud : clouds) {
     for (std::size_t i = 0; i + 2 < cloud.xyz.size(); i += 3) {
       const Vector3 p(cloud.xyz[i], cloud.xyz[i + 1], cloud.xyz[i + 2]);
       if (p.allFinite()) box.extend(p);
     }
   }
-  if (box.isEmpty()) add(unknown, box);
-  for (const Pose& pose : trajectory) box.extend(Vector3(pose.translation()));
+  if (box.isEmpty()) {
+    for (const Cuboid& cuboid : unknown) {
+      for (const Vector3& corner : corners(cuboid)) box.extend(corner);
+    }
+  }
+  if (sensors_known) {
+    for (const Pose& pose : trajectory) box.extend(Vector3(pose.translation()));
+  }
   if (box.isEmpty()) return false;
   low = box.min();
   high = box.max();

@@ -39,8 +39,11 @@ struct PLANAR_MAPPING_EXPORT SceneContent {
 
   bool empty() const { return cuboids.empty() && unknown.empty() && cloudPoints() == 0; }
   std::size_t cloudPoints() const;
-  /// Axis-aligned bounds of cuboids, clouds and trajectory (unknown space only if there is nothing
-  /// else), metres; false if there is nothing at all.
+  /// What pictures show whole: the cuboids without those more than twice as far out as those reach
+  /// that hold 95 % of all surface. Stray returns would leave the rest a spot in the picture.
+  std::vector<const Cuboid*> framed() const;
+  /// Axis-aligned bounds of framed(), clouds and, where sensors are known, trajectory (unknown
+  /// space only if there is nothing else), metres; false if there is nothing at all.
   bool bounds(Vector3& low, Vector3& high) const;
   /// \throws InputError naming the first cuboid, pose or cloud that cannot be drawn: a number that
   ///         is not finite, a negative length, a zero quaternion, a zero up axis, array sizes that

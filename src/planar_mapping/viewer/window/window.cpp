@@ -112,7 +112,7 @@ class SceneWindow : public Window {
     });
     observer_ = window_->AddObserver(vtkCommand::StartEvent, before_render_);
     scene_->show(options_);
-    scene_->look(placeCamera(content_, options_));
+    frameContent();
     showOverlay("h: help");
     window_->Render();
     failOnError();
@@ -130,6 +130,7 @@ class SceneWindow : public Window {
   void setContent(SceneContent other) override {
     other.validate();
     const CameraView view = scene_->camera();
+    const bool is_framed = isSame(view, framed_);  // nobody moved the camera
     window_->RemoveRenderer(scene_->renderer());
     scene_.reset();  // it refers to the content
     overlay_.clear();
@@ -138,7 +139,11 @@ class SceneWindow : public Window {
     window_->AddRenderer(scene_->renderer());
     style_->SetDefaultRenderer(scene_->renderer());
     scene_->show(options_);
-    scene_->look(view);
+    if (is_framed) {
+      frameContent();
+    } else {
+      scene_->look(view);
+    }
     showOverlay(overlay_text_);
     window_->Render();
   }
@@ -164,7 +169,7 @@ class SceneWindow : public Window {
         return false;
       case KeyAction::PlaceCamera:
         scene_->show(options_);
-        scene_->look(placeCamera(content_, options_));
+        frameContent();
         break;
       case KeyAction::ChangeView:
         scene_->show(options_);
@@ -229,6 +234,16 @@ class SceneWindow : public Window {
   void sendTimer() override { interactor_->InvokeEvent(vtkCommand::TimerEvent); }
 
  private:
+  static bool isSame(const CameraView& a, const CameraView& b) {
+    return a.position == b.position && a.focal_point == b.focal_point && a.view_up == b.view_up &&
+           a.view_angle == b.view_angle && a.parallel_scale == b.parallel_scale;
+  }
+
+  void frameContent() {
+    scene_->look(placeCamera(content_, options_));
+    framed_ = scene_->camera();
+  }
+
   // Exceptions must not pass through VTK's event loop: they are shown.
   void guarded(const std::function<void()>& action) {
     try {
@@ -304,6 +319,7 @@ class SceneWindow : public Window {
   }
 
   CapturedMessages messages_;
+  CameraView framed_;  ///< as the program placed the camera last
   SceneContent content_;
   ViewOptions options_;
   std::unique_ptr<OffscreenWindow> offscreen_;

@@ -30,7 +30,7 @@ class PLANAR_MAPPING_EXPORT Window {
 
   /// Shows the window until the user closes it (q). Only for Screen::Display.
   virtual void run() = 0;
-  /// Shows other content from the same place; the picked cuboid is no longer marked.
+  /// Shows other content, whole unless the camera was moved; the picked cuboid is no longer marked.
   /// \throws InputError for content that cannot be drawn
   virtual void setContent(SceneContent content) = 0;
   /// While run() is at work, asks \p next every \p period seconds for new content; nothing = as it
