@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/export/map_export.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"
@@ -30,7 +31,7 @@ PlanarMap mapOfWall() {
   return map;
 }
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const PlanarMap map = argc > 1 ? io::loadMap(argv[1]) : mapOfWall();
 
   const bool occupied = map.isOccupied({0.0, 0.0, 2.02});
@@ -44,4 +45,7 @@ int main(int argc, char** argv) {
   std::printf("occupied: %d, a ray ends after %.1f m, the way ahead is %s\n", occupied,
               hit ? hit->distance : 0.0, ahead.state == CellState::Free ? "free" : "not free");
   if (argc > 2) io::exportMap(map, argv[2]);  // csv, json, obj, ply, sdf, ...
+} catch (const planar_mapping::Error& error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 1;
 }

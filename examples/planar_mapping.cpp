@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 #include "planar_mapping/surface/planar_mapping.h"
@@ -43,7 +44,7 @@ std::vector<Frame> generate() {
   return frames;
 }
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   std::vector<Frame> frames = argc > 1 ? std::vector<Frame>() : generate();
   for (int i = 1; i < argc; ++i) frames.push_back(read(argv[i]));
 
@@ -63,4 +64,7 @@ int main(int argc, char** argv) {
   const planar_mapping::PlanarMap& map = mapping.map();
   std::printf("%zu frames, %zu planes, %zu cuboids\n", map.frames(), map.planes().size(),
               map.cuboids().size());
+} catch (const planar_mapping::Error& error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 1;
 }

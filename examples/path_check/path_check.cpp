@@ -167,7 +167,7 @@ Answers ask(const std::vector<Pose>& poses, const std::function<bool(const Pose&
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const PlanarMap map = argc > 1 ? io::loadMap(argv[1]) : mapOfRoom();
   std::vector<Vector2> path = {{1.0, -2.0}, {2.4, 0.0}, {4.2, -1.2}, {5.2, 1.0}, {7.2, 2.0}};
   if (argc > 2) {
@@ -234,4 +234,7 @@ int main(int argc, char** argv) {
       "%zu poses touch the octree alone, whose cells are thicker than the walls; %zu the "
       "cuboids alone.\n",
       of_octree.microseconds / of_cuboids.microseconds, only_octree, only_cuboids);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 1;
 }

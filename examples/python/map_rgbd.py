@@ -45,6 +45,8 @@ def z_up(T_world_camera):
 here = pathlib.Path(__file__).resolve().parent
 folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else here.parent / "data/rgbd_icl_five"
 picture = sys.argv[2] if len(sys.argv) > 2 else "map.png"
+if not (folder / "calib.yaml").is_file():
+    sys.exit(f"{folder}: there is no calib.yaml in it; docs/quick_start.md describes the folder")
 lines = [line.split("#")[0].split(":") for line in (folder / "calib.yaml").read_text().splitlines()]
 calibration = {line[0]: float(line[1]) for line in lines if len(line) == 2}
 K = np.array([[calibration["fx"], 0.0, calibration["cx"]], [0.0, calibration["fy"], calibration["cy"]], [0.0, 0.0, 1.0]])
@@ -72,7 +74,7 @@ ends = rays["point"][rays["state"] == planar_mapping.OCCUPIED]
 figure = plt.figure(figsize=(12, 5))
 left = figure.add_subplot(1, 2, 1)
 left.set_title(f"state at z = {height:.2f} m: free, occupied, unknown")
-left.imshow(state, origin="lower", extent=(low[0], high[0], low[1], high[1]), vmin=0, vmax=2,
+left.imshow(state, origin="lower", extent=(low[0], high[0], low[1], high[1]), vmin=0, vmax=2, interpolation="nearest",
             cmap=matplotlib.colors.ListedColormap(["white", "black", "lightgray"]))
 left.plot(poses[:, 0, 3], poses[:, 1, 3], "b.-", label="path")
 left.plot(ends[:, 0], ends[:, 1], "r.", label="ends of rays")
