@@ -125,19 +125,20 @@ def test_each_package_has_its_licence_and_tools_their_manual_pages(root):
     for name in PACKAGES:
         assert "BSD 3-Clause" in (root / "usr/share/doc" / name / "copyright").read_text()
     pages = {path.name for path in root.glob("usr/share/man/man1/*")}
-    assert {"planar_map.1.gz", "planar_map-run.1.gz", "planar_map-convert.1.gz", "planar_map_viewer.1.gz"} <= pages
+    assert {"planar_map.1.gz", "planar_map-run.1.gz", "planar_map-convert.1.gz", "planar_map_viewer.1.gz", "planar_map-view.1.gz", "planar_map-snapshot.1.gz"} <= pages
     page = run("man", "-l", root / "usr/share/man/man1/planar_map-run.1.gz") if shutil.which("man") else "--resume planar_map run"
     assert "planar_map run" in page and "--resume" in page
     assert (root / "usr/share/doc/planar-mapping-doc/docs/install.md").exists()
 
 
-def test_bash_completes_commands_options_and_ready_configurations(root):
+def test_bash_completes_commands_options_keys_and_ready_configurations(root):
     script = (f"PATH={root}/usr/bin:$PATH; source {root}/usr/share/bash-completion/completions/planar_map;"
               "complete_line() { COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); _planar_map; echo \"${COMPREPLY[*]}\"; };"
               "complete_line planar_map con; complete_line planar_map run --res; complete_line planar_map run single;"
-              "complete_line planar_map_viewer --snap")
+              "complete_line planar_map_viewer --snap; complete_line planar_map run --set multi_plane_segmentation.me;"
+              "complete_line planar_map run --set multi_plane_segmentation.method = org")
     lines = run("bash", "-c", script, cwd=root).splitlines()
-    assert lines == ["config convert", "--resume", "single_pcd.yaml", "--snapshot"]
+    assert lines == ["config convert", "--resume", "single_pcd.yaml", "--snapshot", "multi_plane_segmentation.method=", "organized"]
 
 
 def configure(source, folder, root):
