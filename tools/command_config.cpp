@@ -104,6 +104,9 @@ constexpr std::pair<const char*, const char*> kTopKeys[] = {
     {"seed", "of everything random, 0 to 9007199254740991, default 12345"},
     {"threads", "0 = all cores, the default; never changes the result"},
     {"scale", "metres a unit of the clouds of files, 0.001 for millimetres, default 1"},
+    {"sensor_origin_m",
+     "[x, y, z] where the sensor stood, if the clouds are in the coordinates of the world; `auto` "
+     "(default) = they are in those of the sensor"},
     {"up",
      "vertical of the world for all stages, whatever theirs says: `x`, `y`, `z`, `-x`, `-y`, `-z`; "
      "`auto` (default) = theirs"},

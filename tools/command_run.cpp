@@ -37,6 +37,7 @@ struct RunArguments : FrameArguments {
   std::string frames;
   int threads = -1;
   double scale = 1.0;
+  std::string origin;  ///< "x,y,z"; empty = of the configuration
   bool strict = false;
   bool verbose = false;
   std::vector<std::string> words;  ///< configuration, inputs, or both
@@ -47,6 +48,11 @@ struct RunArguments : FrameArguments {
 
 WatchOptions watchOptionsOf(const RunArguments& arguments) {
   return {arguments.idle, &stopOnSignal()};
+}
+
+std::optional<Vector3> originOf(const RunArguments& arguments) {
+  if (arguments.origin.empty()) return std::nullopt;
+  return Vector3(numbersOf<3>("--origin", arguments.origin).data());
 }
 
 /// Takes the ready configuration for an input, and says what the input is and what was chosen.
@@ -96,6 +102,7 @@ void findConfiguration(RunArguments& arguments) {
   options.poses_file = arguments.poses;
   options.calibration_file = arguments.calibration;
   options.scale = arguments.scale;
+  options.sensor_origin = originOf(arguments);
   chooseConfiguration(watches ? waitForFrames(arguments.inputs, options, watchOptionsOf(arguments))
                               : io::Sequence(arguments.inputs, options),
                       arguments);
@@ -106,6 +113,8 @@ Configuration configurationOf(const RunArguments& arguments) {
   if (arguments.threads >= 0) assignments = {"threads=" + std::to_string(arguments.threads)};
   if (arguments.scale != 1.0)
     assignments.push_back("scale=" + nlohmann::json(arguments.scale).dump());
+  if (!arguments.origin.empty())
+    assignments.push_back("sensor_origin_m=" + toJson(*originOf(arguments)).dump());
   Configuration configuration = loadFor(arguments, arguments.profile, assignments);
   if (!arguments.frames.empty()) {
     try {
@@ -243,6 +252,12 @@ void addRunCommand(CLI::App& app, int& exit_code) {
   command->add_option("--profile", arguments->profile, "paper or compact")
       ->check(CLI::IsMember({"paper", "compact"}));
   addScaleOption(*command, arguments->scale);
+  command
+      ->add_option(
+          "--origin", arguments->origin,
+          "x,y,z where the sensor stood, metres, for clouds that are in the coordinates of "
+          "the world")
+      ->excludes("--poses");
   command->add_option("--frames", arguments->frames, "A:B:STEP, frames A to B - 1");
   command
       ->add_option("-j,--threads", arguments->threads,

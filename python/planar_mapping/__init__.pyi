@@ -122,17 +122,18 @@ class PlanarMap:
 
     def __init__(
         self,
-        resolution: float = 0.1,
+        resolution: Optional[float] = None,
         *,
         profile: str = "compact",
         max_range: float = 0.0,
-        up: npt.ArrayLike = (0.0, 0.0, 1.0),
+        up: Optional[npt.ArrayLike] = None,
         unknown_space: bool = True,
         unseen: Optional[str] = None,
         min_probability: Optional[float] = None,
         threads: int = 1,
     ) -> None:
-        """resolution: side of the smallest cell. profile: compact or paper. max_range: frames say nothing of space
+        """resolution: side of the smallest cell; None = from the first cloud, as single_pcd.yaml. up: None = z for clouds
+        with a pose T, else from the first cloud. profile: compact or paper. max_range: frames say nothing of space
         beyond; 0 = as far as the sensor measures. unknown_space: keep track of free and unknown space. unseen: what space
         is that was never observed, unknown or free. min_probability: cells believed less are removed; both None = as the
         profile has it. threads: 0 = all cores."""
@@ -163,13 +164,15 @@ class PlanarMap:
         *,
         planes: Optional[Segmentation] = None,
         distance_threshold: Optional[float] = None,
-        min_inliers: int = 100,
+        min_inliers: Optional[int] = None,
         timestamp: float = 0.0,
         K: Optional[npt.ArrayLike] = None,
+        origin: Optional[npt.ArrayLike] = None,
     ) -> FrameUpdate:
         """Adds a cloud: (N, 3), or (H, W, 3) if it is organized, float32 is read in place; points that are not finite
         are skipped. planes: of segment() on the same cloud; None = they are found with distance_threshold (None = half
-        the resolution) and min_inliers. K: 3 x 3 camera matrix of an organized cloud; None = estimated."""
+        the resolution) and min_inliers. K: 3 x 3 camera matrix of an organized cloud; None = estimated.
+        origin: (3,), where the sensor stood, for a cloud in the coordinates of the world, in place of T."""
     def insert_depth(
         self,
         image: _Array,
@@ -180,7 +183,7 @@ class PlanarMap:
         along_ray: bool = False,
         max_depth: float = 8.0,
         distance_threshold: Optional[float] = None,
-        min_inliers: int = 100,
+        min_inliers: Optional[int] = None,
         timestamp: float = 0.0,
     ) -> FrameUpdate:
         """Adds a depth image, (H, W): depth in metres = value / depth_scale; None = floats are metres, integers
@@ -312,8 +315,8 @@ class Odometry:
 def segment(
     xyz: npt.ArrayLike,
     *,
-    distance_threshold: float = 0.05,
-    min_inliers: int = 100,
+    distance_threshold: Optional[float] = None,
+    min_inliers: Optional[int] = None,
     max_planes: int = 0,
     method: str = "automatic",
     seed: int = 12345,
@@ -326,12 +329,12 @@ def approximate(
     xyz: npt.ArrayLike,
     T: Optional[npt.ArrayLike] = None,
     *,
-    resolution: float = 0.1,
+    resolution: Optional[float] = None,
     planes: Optional[Segmentation] = None,
     profile: str = "compact",
     up: Optional[npt.ArrayLike] = None,
     distance_threshold: Optional[float] = None,
-    min_inliers: int = 100,
+    min_inliers: Optional[int] = None,
     threads: int = 1,
 ) -> _Array:
     """The cuboids of one cloud, with the fields of PlanarMap.cuboids(). up: vertical of the world; None = upwards in the

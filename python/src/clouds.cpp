@@ -17,12 +17,11 @@
 namespace planar_mapping::python {
 namespace {
 
-Segmentation segment(const py::object& xyz, double distance_threshold, int min_inliers,
-                     int max_planes, const std::string& method, std::uint64_t seed, int threads) {
+Segmentation segment(const py::object& xyz, std::optional<double> distance_threshold,
+                     std::optional<int> min_inliers, int max_planes, const std::string& method,
+                     std::uint64_t seed, int threads) {
   const Cloud cloud(xyz, "xyz");
   MultiPlaneParams params;
-  params.distance_threshold = distance_threshold;
-  params.min_inliers = min_inliers;
   params.max_planes = max_planes;
   params.method = wordOf<PlaneSearchMethod>("method", method,
                                             {{"automatic", PlaneSearchMethod::Automatic},
@@ -36,6 +35,9 @@ Segmentation segment(const py::object& xyz, double distance_threshold, int min_i
   result.points = cloud.view().size;
   const py::gil_scoped_release released;
   const Indices usable = usablePoints(cloud.view());
+  const CloudScale scale = scaleOf(cloud.view(), usable);
+  params.distance_threshold = distance_threshold.value_or(automaticThreshold(scale));
+  params.min_inliers = min_inliers.value_or(automaticSmallestPlane(scale));
   result.planes = findPlanes(cloud.view(), &usable, params).planes;
   return result;
 }
@@ -72,21 +74,22 @@ py::array inliersOf(const py::object& self, std::size_t plane) {
   return std::move(view);
 }
 
-py::array approximate(const py::object& xyz, const py::object& T, double resolution,
+py::array approximate(const py::object& xyz, const py::object& T, std::optional<double> resolution,
                       const Segmentation* planes, const std::string& profile, const py::object& up,
-                      std::optional<double> distance_threshold, int min_inliers, int threads) {
+                      std::optional<double> distance_threshold, std::optional<int> min_inliers,
+                      int threads) {
   const Cloud cloud(xyz, "xyz");
-  FrameInput frame;
-  frame.points = cloud.view();
-  frame.T_world_sensor = poseOf(T, "T");
   PlanarMapParams params = PlanarMapParams::of(profileOf(profile));
   params.unknown_space = false;
-  params.approximation.resolution = resolution;
   params.approximation.threads = threads;
-  params.approximation.up =
-      up.is_none() ? verticalOf(cloud.view(), nullptr, frame.T_world_sensor) : vectorOf(up, "up");
   params.validate();
-  frame.setPlaneSearch(planes, distance_threshold, min_inliers, resolution);
+  FrameInput frame(params);
+  frame.points = cloud.view();
+  frame.T_world_sensor = poseOf(T, "T");
+  if (resolution) frame.setResolution(*resolution);
+  if (!up.is_none()) frame.setUpDirection(vectorOf(up, "up"));
+  params = frame.paramsOfMap();
+  frame.setPlaneSearch(planes, distance_threshold, min_inliers, params.approximation.resolution);
   frame.search.threads = threads;
   std::vector<Cuboid> cuboids;
   {
@@ -125,8 +128,8 @@ Profile profileOf(const std::string& word) {
 }
 
 void FrameInput::setPlaneSearch(const Segmentation* planes,
-                                std::optional<double> distance_threshold, int min_inliers,
-                                double resolution) {
+                                std::optional<double> distance_threshold,
+                                std::optional<int> min_inliers, double resolution) {
   find_planes = planes == nullptr;
   if (!find_planes) {
     if (planes->points != points.size)
@@ -136,11 +139,21 @@ void FrameInput::setPlaneSearch(const Segmentation* planes,
     return;
   }
   search.distance_threshold = distance_threshold.value_or(0.5 * resolution);
-  search.min_inliers = min_inliers;
+  CloudScale scale;
+  scale.points = usablePoints(points).size();
+  search.min_inliers = min_inliers.value_or(automaticSmallestPlane(scale));
   search.validate();
 }
 
 FrameUpdate FrameInput::insertInto(PlanarMap& map) {
+  std::vector<float> seen;  // for the search: planes that are given are those of the cloud as it is
+  if (find_planes && getSensorOrigin()) {
+    seen = seenFrom(*getSensorOrigin(), points);
+    points.data = seen.data();
+    points.stride = 3;
+    T_world_sensor = Eigen::Translation3d(*getSensorOrigin());
+    setSensorOrigin(std::nullopt);
+  }
   Indices usable = usablePoints(points);
   if (max_depth > 0.0) {
     const auto too_far = [this](int i) {
@@ -166,13 +179,13 @@ void addClouds(py::module_& module) {
         return "<Segmentation of " + detail::counted(self.points, "point") + ": " +
                detail::counted(self.planes.size(), "plane") + ">";
       });
-  module.def("segment", &segment, "xyz"_a, py::kw_only(), "distance_threshold"_a = 0.05,
-             "min_inliers"_a = 100, "max_planes"_a = 0, "method"_a = "automatic",
+  module.def("segment", &segment, "xyz"_a, py::kw_only(), "distance_threshold"_a = py::none(),
+             "min_inliers"_a = py::none(), "max_planes"_a = 0, "method"_a = "automatic",
              "seed"_a = MultiPlaneParams().seed, "threads"_a = 1,
              "Finds the planes of a cloud, (N, 3) or organized (H, W, 3), metres.");
   module.def("approximate", &approximate, "xyz"_a, "T"_a = py::none(), py::kw_only(),
-             "resolution"_a = 0.1, "planes"_a = py::none(), "profile"_a = "compact",
-             "up"_a = py::none(), "distance_threshold"_a = py::none(), "min_inliers"_a = 100,
+             "resolution"_a = py::none(), "planes"_a = py::none(), "profile"_a = "compact",
+             "up"_a = py::none(), "distance_threshold"_a = py::none(), "min_inliers"_a = py::none(),
              "threads"_a = 1, "The cuboids of one cloud, as a structured array.");
   module.def("read_cloud", &readCloud, "path"_a,
              "Reads a PCD or PLY file: its points and the pose of its sensor.");

@@ -39,16 +39,20 @@ Profile profileOf(const std::string& word);
 
 /// A frame for a map: its cloud, and its planes or how they are found.
 struct FrameInput : MappingInput {
+  explicit FrameInput(const PlanarMapParams& params = {}) : MappingInput(params) {}
+
   PointsView points;
   double max_depth = 0.0;  ///< points with a larger z are measured, but not mapped; 0 = no limit
   Pose T_world_sensor = Pose::Identity();
   bool find_planes = false;
   MultiPlaneParams search;
 
+  /// The parameters of a map that begins with this frame.
+  PlanarMapParams paramsOfMap() const { return paramsFor(points, nullptr, T_world_sensor); }
   /// Keywords of Python: planes (null = they are looked for), distance_threshold (absent = half the
-  /// resolution) and min_inliers.
+  /// resolution) and min_inliers (absent = by the points).
   void setPlaneSearch(const Segmentation* planes, std::optional<double> distance_threshold,
-                      int min_inliers, double resolution);
+                      std::optional<int> min_inliers, double resolution);
   /// Touches no Python object.
   FrameUpdate insertInto(PlanarMap& map);
 };

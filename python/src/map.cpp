@@ -30,7 +30,11 @@ namespace {
 /// touch Python objects.
 class SharedMap {
  public:
-  explicit SharedMap(PlanarMap map) : map_(std::move(map)) {}
+  /// \param first  begins a map without frames: what was not set is found from it
+  explicit SharedMap(PlanarMap map, std::optional<FrameInput> first = std::nullopt)
+      : first_(std::move(first)), map_(std::move(map)) {}
+
+  const std::optional<FrameInput>& first() const { return first_; }
 
   template <typename Function>
   auto read(Function function) const {
@@ -46,20 +50,19 @@ class SharedMap {
   }
 
  private:
+  std::optional<FrameInput> first_;
   PlanarMap map_;
   mutable std::shared_mutex mutex_;
 };
 
 using MapPointer = std::unique_ptr<SharedMap>;
 
-MapPointer makeMap(double resolution, const std::string& profile, double max_range,
+MapPointer makeMap(std::optional<double> resolution, const std::string& profile, double max_range,
                    const py::object& up, bool unknown_space,
                    const std::optional<std::string>& unseen, std::optional<double> min_probability,
                    int threads) {
   PlanarMapParams params = PlanarMapParams::of(profileOf(profile));
-  params.setResolution(resolution);
   params.approximation.threads = threads;
-  params.approximation.up = vectorOf(up, "up");
   params.max_range = max_range;
   params.unknown_space = unknown_space;
   if (unseen)
@@ -67,7 +70,10 @@ MapPointer makeMap(double resolution, const std::string& profile, double max_ran
         wordOf<Unseen>("unseen", *unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}});
   if (min_probability) params.min_probability = *min_probability;
   params.validate();
-  return std::make_unique<SharedMap>(PlanarMap(params));
+  FrameInput first(params);
+  if (resolution) first.setResolution(*resolution);
+  if (!up.is_none()) first.setUpDirection(vectorOf(up, "up"));
+  return std::make_unique<SharedMap>(PlanarMap(first.getParams()), first);
 }
 
 MapPointer load(const std::filesystem::path& path) {
@@ -129,23 +135,38 @@ void exportTo(const SharedMap& self, const std::filesystem::path& path, bool unk
 }
 
 FrameUpdate insertFrame(SharedMap& self, FrameInput& frame, const Segmentation* planes,
-                        std::optional<double> distance_threshold, int min_inliers,
+                        std::optional<double> distance_threshold, std::optional<int> min_inliers,
                         double timestamp) {
   frame.setTimestamp(timestamp);
-  const CuboidApproximationParams approximation =
-      self.read([](const PlanarMap& map) { return map.params().approximation; });
-  frame.setPlaneSearch(planes, distance_threshold, min_inliers, approximation.resolution);
-  frame.search.threads = approximation.threads;
-  return self.change([&frame](PlanarMap& map) { return frame.insertInto(map); });
+  return self.change([&](PlanarMap& map) {
+    if (map.frames() == 0 && self.first()) map = PlanarMap(frame.paramsOfMap());
+    const CuboidApproximationParams& approximation = map.params().approximation;
+    frame.setPlaneSearch(planes, distance_threshold, min_inliers, approximation.resolution);
+    frame.search.threads = approximation.threads;
+    return frame.insertInto(map);
+  });
+}
+
+void setPose(FrameInput& frame, const py::object& T) {
+  if (T.is_none()) return;
+  frame.T_world_sensor = poseOf(T, "T");
+  frame.setSensorPose(frame.T_world_sensor);
 }
 
 FrameUpdate insert(SharedMap& self, const py::object& xyz, const py::object& T,
                    const Segmentation* planes, std::optional<double> distance_threshold,
-                   int min_inliers, double timestamp, const py::object& K) {
+                   std::optional<int> min_inliers, double timestamp, const py::object& K,
+                   const py::object& origin) {
   const Cloud cloud(xyz, "xyz");
-  FrameInput frame;
+  FrameInput frame = self.first().value_or(FrameInput());
   frame.points = cloud.view();
-  frame.T_world_sensor = poseOf(T, "T");
+  setPose(frame, T);
+  if (!origin.is_none()) {
+    if (!T.is_none() || !K.is_none())
+      throw InputError(
+          "a cloud has the origin of its sensor, or a pose T and a camera K, not both");
+    frame.setSensorOrigin(vectorOf(origin, "origin"));
+  }
   if (!K.is_none()) {
     if (cloud.shape().size() != 2) throw InputError("K belongs to an organized cloud, (H, W, 3)");
     frame.setCamera(cameraOf(K, cloud.shape()[0], cloud.shape()[1]));
@@ -178,8 +199,8 @@ void requireDepths(const io::CloudData& cloud, double depth_scale, double max_de
 
 FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::object& K,
                         std::optional<double> depth_scale, const py::object& T, bool along_ray,
-                        double max_depth, std::optional<double> distance_threshold, int min_inliers,
-                        double timestamp) {
+                        double max_depth, std::optional<double> distance_threshold,
+                        std::optional<int> min_inliers, double timestamp) {
   if (image.ndim() != 2 || image.size() == 0)
     throw InputError("the depth image must have the shape (H, W), not " +
                      std::string(py::str(image.attr("shape"))));
@@ -201,9 +222,9 @@ FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::objec
     throw py::type_error("the depth image must be of numbers, not of " +
                          std::string(py::str(image.dtype())));
   }
-  FrameInput frame;
+  FrameInput frame = self.first().value_or(FrameInput());
   frame.points = cloud.view();
-  frame.T_world_sensor = poseOf(T, "T");
+  setPose(frame, T);
   frame.setCamera(camera);
   requirePositive("max_depth", max_depth, "m");
   requireDepths(cloud, scale, max_depth);
@@ -310,11 +331,15 @@ py::array_t<double> origin(const SharedMap& self) {
 FrameUpdate merge(SharedMap& self, const SharedMap& other, const py::object& T) {
   const Pose T_map_other = poseOf(T, "T");
   const PlanarMap copy = other.read([](const PlanarMap& map) { return map; });
-  return self.change([&](PlanarMap& map) { return map.merge(copy, T_map_other); });
+  return self.change([&](PlanarMap& map) {
+    if (map.frames() == 0 && self.first()) map = PlanarMap(copy.params());
+    return map.merge(copy, T_map_other);
+  });
 }
 
 MapPointer copyOf(const SharedMap& self) {
-  return std::make_unique<SharedMap>(self.read([](const PlanarMap& map) { return map; }));
+  return std::make_unique<SharedMap>(self.read([](const PlanarMap& map) { return map; }),
+                                     self.first());
 }
 
 py::bytes serialize(const SharedMap& self) {
@@ -402,8 +427,8 @@ void addMap(py::module_& module) {
           "Metres to the nearest occupied cell.")
       .def("is_standable", &Plan::isStandable, "x"_a, "y"_a);
   py::class_<SharedMap>(module, "PlanarMap", "A map of planar cuboids; world frame, z up, metres.")
-      .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
-           "max_range"_a = 0.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
+      .def(py::init(&makeMap), "resolution"_a = py::none(), py::kw_only(), "profile"_a = "compact",
+           "max_range"_a = 0.0, "up"_a = py::none(), "unknown_space"_a = true,
            "unseen"_a = py::none(), "min_probability"_a = py::none(), "threads"_a = 1)
       .def_static("load", &load, "path"_a, "Reads a .pmap file; the map uses all cores.")
       .def(
@@ -421,13 +446,16 @@ void addMap(py::module_& module) {
            "robot"_a = RobotModel(), "distance"_a = false, "surface"_a = false, "spacing"_a = 0.0,
            "frame_id"_a = "map", "overwrite"_a = false,
            "Writes a file for other programs, as `planar_map convert` does.")
-      .def("insert", &insert, "xyz"_a, "T"_a = py::none(), py::kw_only(), "planes"_a = py::none(),
-           "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
-           "K"_a = py::none(), "Adds a cloud of the sensor's frame; T = T_world_sensor.")
+      .def(
+          "insert", &insert, "xyz"_a, "T"_a = py::none(), py::kw_only(), "planes"_a = py::none(),
+          "distance_threshold"_a = py::none(), "min_inliers"_a = py::none(), "timestamp"_a = 0.0,
+          "K"_a = py::none(), "origin"_a = py::none(),
+          "Adds a cloud of the sensor's frame, T = T_world_sensor; or of the world with the origin "
+          "of its rays.")
       .def(
           "insert_depth", &insertDepth, "image"_a, "K"_a, "depth_scale"_a = py::none(),
           "T"_a = py::none(), py::kw_only(), "along_ray"_a = false, "max_depth"_a = 8.0,
-          "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
+          "distance_threshold"_a = py::none(), "min_inliers"_a = py::none(), "timestamp"_a = 0.0,
           "Adds a depth image of a pinhole camera; T = T_world_camera. Values are depths along the "
           "camera's axis, with along_ray distances along the rays of the pixels.")
       .def("merge", &merge, "other"_a, "T"_a = py::none(), "Adds another map; T = T_map_other.")

@@ -127,6 +127,36 @@ TEST_F(WorldCoordinates, PosesInTheWorldAreMappedAboutAnOrigin) {
   EXPECT_GT(Json::parse(asked.out)["cloud"]["occupied"], 19000) << asked.out;
 }
 
+TEST_F(WorldCoordinates, TheOriginOfTheSensorGivesTheMapOfItsPose) {
+  const Vector3 origin(1.5, -2.25, 0.5);
+  std::vector<float> seen = roomPoints(20000);
+  for (float& value : seen) value = std::round(1024.0F * value) / 1024.0F;  // sums are exact
+  std::vector<float> world = seen;
+  for (std::size_t i = 0; i < world.size(); ++i)
+    world[i] += static_cast<float>(origin[static_cast<Eigen::Index>(i % 3)]);
+  std::string posed = pcd(seen, '4', "1.5 -2.25 0.5 1 0 0 0", "binary\n");
+  posed.append(reinterpret_cast<const char*>(seen.data()), seen.size() * sizeof(float));
+  expectExit(0, runOn(write("posed.pcd", posed)));
+  const Json expected = map()["cuboids"];
+  EXPECT_FALSE(expected.empty());
+  const std::string cloud = write("world.pcd", binaryPcd(world));
+  expectExit(0, runOn(cloud, {"--force", "--origin", "1.5,-2.25,0.5"}));
+  EXPECT_EQ(expected, map()["cuboids"]);
+  const std::string again = read("out/map.pmap");
+  expectExit(0, planarMap({"run", directory_ / "out/config.resolved.yaml", "-o",
+                           directory_ / "again", "-q"}));
+  EXPECT_EQ(again, read("again/map.pmap"));
+  const ProgramResult before =
+      planarMap({"query", directory_ / "out/map.pmap", "--point", "2,-2.25,0.5"});
+  EXPECT_NE(std::string::npos, before.out.find("free")) << before.out;
+}
+
+TEST_F(WorldCoordinates, AnOriginIsForCloudsWithoutPoses) {
+  const std::string poses = write("poses.txt", "0 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(2, runOn(room(), {"--origin", "1,2,3", "--poses", poses}).exit_code);
+  expectExit(2, runOn(room(), {"--origin", "1,2"}), "must be 3 finite numbers");
+}
+
 TEST_F(WorldCoordinates, MapsOfTwoOriginsAreMergedInTheWorld) {
   const auto mapAt = [this](const std::string& name, double east) {
     const std::vector<float> xyz = roomPoints(20000);

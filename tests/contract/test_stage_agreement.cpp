@@ -3,6 +3,7 @@
 // A class and the stage of its name give the same planes and cuboids, bit for bit.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -116,6 +117,35 @@ void expectAgreement(std::vector<Frame> frames, bool with_range = true) {
   }
   expectSameCuboids(pipeline.map().cuboids(), mapping.map().cuboids());
   EXPECT_TRUE(pipeline.map().serialize() == mapping.map().serialize());
+}
+
+/// single_pcd.yaml, and the classes as they are made.
+void expectAgreementByDefault(const std::string& path) {
+  Configuration configuration = test::readyConfiguration("single_pcd.yaml");
+  configuration.inputs = {path};
+  Frame frame = *SequenceSource(configuration).next();
+  const auto cloud = cloudOf(frame);
+  if (!frame.pose_assumed) GTEST_SKIP() << "PCL keeps its pose as floats";
+  Pipeline pipeline(std::move(configuration));
+  pipeline.process(frame);
+  ASSERT_EQ(frame.skip_reason, "");
+  MultiPlaneSACSegmentation<pcl::PointXYZ> planes;
+  planes.setInputCloud(cloud);
+  planes.segment();
+  expectSamePlanes(frame.planes, planes.getPlanes());
+  PlanarMapping<pcl::PointXYZ> mapping;
+  mapping.setInputCloud(cloud);
+  mapping.setPlanes(planes.getPlanes());
+  mapping.integrate();
+  EXPECT_GT(mapping.map().cuboidCount(), 0u);
+  expectSameCuboids(pipeline.map().cuboids(), mapping.map().cuboids());
+  EXPECT_EQ(pipeline.map().params().unknown_space, mapping.map().params().unknown_space);
+  PlanarCuboidApproximation<pcl::PointXYZ> approximation;
+  approximation.setInputCloud(cloud);
+  approximation.setPlanes(planes.getPlanes());
+  std::vector<Cuboid> cuboids;
+  approximation.approximate(cuboids);
+  expectSameCuboids(pipeline.map().cuboids(), cuboids);
 }
 
 std::vector<Frame> framesOf(const std::string& input, std::size_t limit) {
@@ -252,6 +282,29 @@ TEST_P(RealCloud, GivesTheSamePlanesAndCuboids) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   expectAgreement(std::move(framesOf(path, 1).front()));
 }
+TEST_P(RealCloud, GivesTheSameMapByDefault) {
+  const std::string path = test::realData(GetParam());
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  expectAgreementByDefault(path);
+}
+
+TEST_P(RealCloud, KeepsItsPlanesWithoutTheRowsOfItsImage) {
+  const std::string path = test::realData(GetParam());
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const auto cloud = cloudOf(framesOf(path, 1).front());
+  const auto dense = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const pcl::PointXYZ& point : *cloud) {
+    if (std::isfinite(point.z)) dense->push_back(point);  // as removeNaNFromPointCloud()
+  }
+  MultiPlaneSACSegmentation<pcl::PointXYZ> planes;
+  planes.setInputCloud(cloud);
+  planes.segment();
+  const std::size_t organized = planes.getPlanes().size();
+  planes.setInputCloud(dense);
+  planes.segment();
+  EXPECT_GE(10 * planes.getPlanes().size(), 9 * organized);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     StageAgreement, RealCloud,
     testing::Values("clouds_pcl/office1.pcd", "clouds_pcl/capture0001.pcd",

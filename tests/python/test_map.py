@@ -82,6 +82,24 @@ def test_questions_of_any_layout_give_the_same_answers(wall_map, dtype):
     assert wall_map.state(np.zeros((2, 3), int)).shape == (2,)
 
 
+def test_a_cloud_in_the_world_is_seen_from_the_origin_of_its_sensor():
+    origin = np.array([1.5, -2.25, 0.5])
+    seen = (np.round(NEAR_WALL @ T_WORLD_CAMERA[:3, :3].T * 1024) / 1024).reshape(-1, 3).astype(np.float32)
+    T = np.eye(4)
+    T[:3, 3] = origin
+    posed, world = pm.PlanarMap(resolution=0.1), pm.PlanarMap(resolution=0.1)
+    posed.insert(seen, T)
+    world.insert((seen + origin).astype(np.float32), origin=origin)
+    assert len(world) > 0 and np.array_equal(world.cuboids(), posed.cuboids())
+    assert len(world.free_cuboids()) > 0
+    planes = pm.segment((seen + origin).astype(np.float32))
+    given = pm.PlanarMap(resolution=0.1)
+    given.insert((seen + origin).astype(np.float32), origin=origin, planes=planes)
+    assert len(given.planes()) == len(world.planes())
+    with pytest.raises(pm.InputError, match="not both"):
+        world.insert(seen, T, origin=origin)
+
+
 def test_depth_images_are_clouds():
     depth = depth_of_wall(3.04)
     depth[10:20, 10:20] = 0.0
@@ -149,7 +167,7 @@ def test_maps_are_those_of_the_program(sequence, tmp_path):
     for i, path in enumerate(clouds):
         xyz, T = pm.read_cloud(path)
         assert xyz.shape == (120, 160, 3) and xyz.dtype == np.float32
-        made.insert(xyz, T, timestamp=i)
+        made.insert(xyz, T, min_inliers=100, timestamp=i)
     planar_map("run", config, "-i", *clouds, "-o", tmp_path / "out", "-q")
     theirs = pm.PlanarMap.load(tmp_path / "out" / "map.pmap")
     assert theirs.frames == 3 and len(theirs) > 50

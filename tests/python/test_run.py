@@ -28,6 +28,25 @@ def test_run_is_the_program(sequence, tmp_path):
     assert again["frames"] == 2
 
 
+def test_insert_makes_the_map_of_the_program_by_default(sequence, tmp_path):
+    cloud = sorted((sequence / "clouds").iterdir())[0]
+    xyz, _ = pm.read_cloud(cloud)
+    for name, points in [("organized", xyz), ("dense", xyz[np.isfinite(xyz).all(axis=-1)])]:
+        file = tmp_path / f"{name}.pcd"
+        shape = points.shape[:-1] if points.ndim == 3 else (1, len(points))
+        header = ("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+                  f"WIDTH {shape[1]}\nHEIGHT {shape[0]}\nPOINTS {shape[0] * shape[1]}\nDATA binary\n")
+        file.write_bytes(header.encode() + points.astype(np.float32).tobytes())
+        pm.run("single_pcd.yaml", file, tmp_path / name)
+        world = pm.PlanarMap()
+        world.insert(points)
+        expected = pm.PlanarMap.load(tmp_path / name / "map.pmap")
+        assert len(expected) > 10 and world.resolution == expected.resolution
+        assert np.array_equal(world.cuboids(), expected.cuboids())
+        assert np.array_equal(pm.approximate(points)["center"], expected.cuboids()["center"])
+        assert len(pm.segment(points)) >= len(expected.planes())
+
+
 def test_bad_configurations_list_their_problems(sequence, tmp_path):
     config = tmp_path / "bad.yaml"
     config.write_text("version: 1\nstages:\n  - stage: multi_plane_segmentation\n    distance_treshold_m: 1\n  - stage: x\n")

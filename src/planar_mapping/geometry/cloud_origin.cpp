@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/geometry/angles.h"
@@ -228,6 +229,16 @@ Vector3 nearestAxis(const Vector3& direction) {
   Eigen::Index axis = 0;
   direction.cwiseAbs().maxCoeff(&axis);
   return direction[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
+}
+
+std::vector<float> seenFrom(const Vector3& origin, const PointsView& points) {
+  if (!origin.allFinite()) throw InputError("the position of the sensor is not finite");
+  std::vector<float> xyz(3 * points.size, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (!points.isMeasured(i)) continue;
+    Eigen::Vector3f::Map(xyz.data() + 3 * i) = (points.point(i) - origin).cast<float>();
+  }
+  return xyz;
 }
 
 bool isMerged(const PointsView& points, const Indices* indices) {

@@ -214,6 +214,16 @@ double automaticResolution(const CloudScale& scale) {
   return best;
 }
 
+double automaticThreshold(const CloudScale& scale) {
+  return 0.5 * automaticResolution(scale);
+}
+
+int automaticSmallestPlane(const CloudScale& scale) {
+  constexpr std::size_t kSmallest = 50;
+  constexpr std::size_t kFraction = 300;
+  return static_cast<int>(std::max(kSmallest, scale.points / kFraction));
+}
+
 Indices usablePoints(const PointsView& points) {
   detail::requireIndices(points, nullptr);
   Indices indices(points.size);

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
@@ -62,10 +63,20 @@ PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices*
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
 
+/// The points of a cloud as a sensor at \p origin, in the same coordinates, sees them: less the
+/// origin, three floats a point; NaN where nothing was measured. O(points).
+/// \throws InputError if the origin is not finite
+PLANAR_MAPPING_EXPORT std::vector<float> seenFrom(const Vector3& origin, const PointsView& points);
+
 /// A resolution that suits a cloud: the one given, else the nearest of 1, 2, 5 x 10^k metres to a
 /// hundredth of the extent or three point spacings, the larger, at most 0.2 m, but at least two
 /// (of more than 1 m three) and four times the noise; 0.1 for a cloud without extent. [ours]
 PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
+
+/// Largest distance of an inlier from its plane, metres, that suits a cloud: half the resolution.
+PLANAR_MAPPING_EXPORT double automaticThreshold(const CloudScale& scale);
+/// Points of the smallest plane of a cloud that counts: a 300th of all, at least 50. [ours]
+PLANAR_MAPPING_EXPORT int automaticSmallestPlane(const CloudScale& scale);
 
 /// The points of a cloud that can be used: measured (PointsView::isMeasured), and no farther than
 /// 1e12 along any axis, so that their squares stay finite in a float. Ascending; O(n).

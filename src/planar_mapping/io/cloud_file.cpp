@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/io/cloud_layout.h"
 #include "planar_mapping/io/input_file.h"
 #include "planar_mapping/io/text_lines.h"
@@ -202,6 +203,12 @@ void scaleCloud(CloudData& cloud, double scale) {
   for (float& value : cloud.xyz) value = static_cast<float>(scale * value);
   cloud.origin *= scale;
   cloud.T_world_sensor.translation() *= scale;
+}
+
+void placeSensor(CloudData& cloud, const Vector3& position) {
+  cloud.xyz = seenFrom(position - cloud.origin, cloud.view());
+  cloud.origin.setZero();
+  cloud.T_world_sensor = Eigen::Translation3d(position);
 }
 
 CloudFileInfo readCloudFileInfo(const std::string& path) {

@@ -71,6 +71,11 @@ PLANAR_MAPPING_EXPORT CloudData readCloudFile(const std::string& path,
 /// Multiplies the coordinates of points, origin and sensor.
 PLANAR_MAPPING_EXPORT void scaleCloud(CloudData& cloud, double scale);
 
+/// For a cloud in the coordinates of the world: its points become those that a sensor at \p
+/// position sees, with the axes of the world. That replaces the VIEWPOINT. \param position  world,
+/// metres
+PLANAR_MAPPING_EXPORT void placeSensor(CloudData& cloud, const Vector3& position);
+
 /// What the header of a PCD or PLY file says, checked against the file as far as possible without
 /// reading the points.
 struct CloudFileInfo {

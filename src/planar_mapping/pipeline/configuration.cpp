@@ -140,6 +140,8 @@ std::string effectiveYaml(const Configuration& configuration) {
   yaml += "threads: " + std::to_string(settings.threads) + "\n";
   if (configuration.scale != 1.0)
     yaml += "scale: " + toYaml(ParameterValue(configuration.scale)) + "\n";
+  if (configuration.sensor_origin)
+    yaml += "sensor_origin_m: " + toYaml(ParameterValue(*configuration.sensor_origin)) + "\n";
   for (const auto& [word, axis] : detail::upAxes()) {
     if (axis && axis == settings.up) yaml += "up: " + word + "\n";
   }

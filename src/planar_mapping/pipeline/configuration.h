@@ -41,6 +41,8 @@ struct Configuration {
   std::string poses;                ///< TUM or KITTI file; empty = of the input, if any
   std::string calibration;          ///< a calib.yaml; empty = of the input
   double scale = 1.0;               ///< metres a unit of the clouds of files
+  /// Where the sensor stood, if the clouds are in the coordinates of the world, metres.
+  std::optional<Vector3> sensor_origin;
   FrameSelection frames;
   std::vector<std::string> plugins;  ///< shared libraries, absolute
   std::vector<ConfiguredStage> stages;

@@ -12,9 +12,9 @@
 namespace planar_mapping::detail {
 namespace {
 
-const std::vector<std::string> kTopKeys = {"version", "profile", "seed",        "threads",
-                                           "inputs",  "poses",   "calibration", "frames",
-                                           "plugins", "scale",   "stages",      "up"};
+const std::vector<std::string> kTopKeys = {
+    "version", "profile", "seed",  "threads", "inputs", "poses",          "calibration",
+    "frames",  "plugins", "scale", "stages",  "up",     "sensor_origin_m"};
 
 }  // namespace
 
@@ -45,6 +45,7 @@ ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& ta
   settings_.word("up", configuration_.settings.up, upAxes(), "");
   settings_.integer("threads", configuration_.settings.threads, Range::between(0, 1024), "");
   settings_.number("scale", configuration_.scale, Range::between(1e-6, 1e6), "");
+  settings_.vector("sensor_origin_m", configuration_.sensor_origin, "");
 }
 
 Configuration ConfigurationReader::read(const std::string& text) {

@@ -242,7 +242,8 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
   const PointsView points = pointsOf(*frame.cloud);
   CloudScale scale = scaleOf(points, usablePoints(points), frame.T_world_sensor);
   scale.resolution = givenResolution();
-  if (frame.without_sensor) {  // heights above the sea are no depths
+  // Heights above the sea are no depths, and z of the world is none.
+  if (frame.without_sensor || configuration_.sensor_origin) {
     scale.optical = false;
     scale.up = Vector3::UnitZ();
   }

@@ -133,7 +133,8 @@ void remarkOnFirst(Frame& frame, const CloudScale& scale) {
     frame.warnings.push_back(
         frame.source +
         ": no VIEWPOINT, and its points cannot have been seen from its origin: taken as merged of "
-        "many scans, of which no space is known to be free; if they were: --set "
+        "many scans, of which no space is known to be free; if one sensor saw them from another "
+        "place: --origin x,y,z; if from there: --set "
         "planar_cuboid_approximation.unknown_space=true");
   }
 }

@@ -149,7 +149,7 @@ class Run {
       frame.warnings.push_back(
           frame.source +
           ": coordinates of the world in place of a sensor's: where the sensor "
-          "stood is not known, so that no space is known to be free");
+          "stood is not known, so that no space is known to be free; if you know: --origin x,y,z");
     }
     if (frame.pose_assumed && report.skip_reason.empty() && statistics_.usedFrames() == 1 &&
         frame.T_world_sensor.matrix() == Pose::Identity().matrix())

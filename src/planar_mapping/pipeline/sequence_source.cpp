@@ -33,6 +33,7 @@ io::SequenceOptions sequenceOptions(const Configuration& configuration) {
   options.poses_file = configuration.poses;
   options.calibration_file = configuration.calibration;
   options.scale = configuration.scale;
+  options.sensor_origin = configuration.sensor_origin;
   options.ignore_poses = configuration.settings.ignores_poses;
   if (hasStage(configuration, StageKind::Images)) {
     options.preferred = io::SequenceKind::Stereo;
@@ -45,7 +46,8 @@ io::SequenceOptions sequenceOptions(const Configuration& configuration) {
 std::vector<std::string> describe(const io::Sequence& sequence) {
   const std::size_t count = sequence.size();
   const char* const frames[] = {"cloud", "RGB-D frame", "image pair"};
-  const char* const poses[] = {"no poses", "poses by VIEWPOINT", "poses of a file"};
+  const char* const poses[] = {"no poses", "poses by VIEWPOINT", "poses of a file",
+                               "the position of the sensor is given"};
   std::vector<std::string> notes = sequence.notes();
   notes.insert(notes.begin(),
                sequence.layout() + ": " +

@@ -136,12 +136,13 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
   const std::size_t dot = target.find('.');
   if (dot == std::string::npos) {
     const bool settable = target == "seed" || target == "threads" || target == "scale" ||
-                          target == "frames" || target == "up";
+                          target == "frames" || target == "up" || target == "sensor_origin_m";
     if (settable) {
       readTopEntry(target, value, report);
     } else if (target != "profile") {
       report("there is no such key" +
-             didYouMean(target, {"seed", "threads", "scale", "frames", "profile", "up"}) +
+             didYouMean(target, {"seed", "threads", "scale", "frames", "profile", "up",
+                                 "sensor_origin_m"}) +
              "; a stage's key is written stage.key=value");
     }
     return;

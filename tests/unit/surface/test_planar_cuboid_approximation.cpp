@@ -84,6 +84,7 @@ TEST(PlanarCuboidApproximation, IndicesRestrictTheCloud) {
   PlanarCuboidApproximation<pcl::PointXYZ> approximation;
   approximation.setInputCloud(input.cloud);
   approximation.setPlanes(input.inliers, input.planes);
+  approximation.setResolution(0.1);
   pcl::IndicesPtr lower(new pcl::Indices);
   for (int i = 0; i < static_cast<int>(input.cloud->size()); ++i) {
     if ((*input.cloud)[static_cast<std::size_t>(i)].z < 0.1f) lower->push_back(i);

@@ -172,6 +172,33 @@ TEST(PlanarMapping, AMergedCloudWithoutAPoseKnowsNoFreeSpace) {
   EXPECT_EQ(stateBefore(Pose::Identity()), CellState::Free) << "the caller says where it was";
 }
 
+TEST(PlanarMapping, ACloudInTheWorldIsSeenFromTheOriginOfItsSensor) {
+  const Vector3 origin(1.5, -2.25, 0.5);
+  const Wall wall;
+  Mapping posed;
+  posed.setInputCloud(wall.cloud);
+  posed.setPlanes(wall.planes);
+  posed.setSensorPose(Pose(Eigen::Translation3d(origin)));
+  posed.integrate();
+  auto world = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>(*wall.cloud);
+  for (pcl::PointXYZ& point : *world) point.getVector3fMap() += origin.cast<float>();
+  std::vector<PlaneSegment> planes = wall.planes;
+  // As a search finds it whose normals point to (0, 0, 0), on the far side of the sensor or not.
+  planes[0].plane = transformed(planes[0].plane, Pose(Eigen::Translation3d(origin))).flipped();
+  Mapping mapping;
+  mapping.setInputCloud(world);
+  mapping.setPlanes(planes);
+  mapping.setSensorOrigin(origin);
+  EXPECT_EQ(mapping.integrate().planes_new, 1u);
+  ASSERT_EQ(mapping.map().cuboidCount(), posed.map().cuboidCount());
+  EXPECT_LT((mapping.map().cuboids()[0].center - posed.map().cuboids()[0].center).norm(), 1e-6);
+  EXPECT_EQ(mapping.map().stateAt(origin + Vector3(1.0, 0.5, 0.2)), CellState::Free);
+  EXPECT_EQ(mapping.map().stateAt(origin + Vector3(2.5, 1.5, 0.5)), CellState::Unknown);
+  EXPECT_EQ(mapping.map().trajectory()[0].second.translation(), origin);
+  mapping.setSensorPose(Pose::Identity());
+  EXPECT_THROW(mapping.integrate(), InputError);
+}
+
 TEST(PlanarMapping, PlanesOfTheCloudBeforeAreRefused) {
   const Wall wall;
   Mapping mapping;

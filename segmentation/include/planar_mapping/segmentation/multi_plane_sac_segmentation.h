@@ -75,10 +75,12 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
   void setParams(const MultiPlaneParams& params);
   const MultiPlaneParams& getParams() const { return params_; }
 
-  /// d_T, metres, > 0 (the paper, Eq. 11).
+  /// d_T, metres, > 0 (the paper, Eq. 11). Until it is set it follows from each cloud, half of
+  /// automaticResolution(), as in single_pcd.yaml; getDistanceThreshold() has that of the last one.
   void setDistanceThreshold(double metres);
   double getDistanceThreshold() const { return params_.distance_threshold; }
-  /// Smallest plane that counts, points, >= 3.
+  /// Smallest plane that counts, points, >= 3. Until it is set it follows from each cloud likewise:
+  /// a 300th of its points, at least 50.
   void setMinInliers(int points);
   int getMinInliers() const { return params_.min_inliers; }
   /// 0 = as many as there are.
@@ -126,6 +128,8 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
 
  private:
   MultiPlaneParams params_;
+  bool finds_threshold_ = true;
+  bool finds_smallest_ = true;
   std::vector<KeyFeature> features_;
   PlaneSet result_;
 };

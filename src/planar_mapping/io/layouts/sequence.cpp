@@ -135,6 +135,13 @@ struct Sequence::Impl {
       throw IoError(file, "has no key 'baseline_m', which image pairs need");
   }
 
+  void requireWorldClouds(const std::string& input) const {
+    if (sequence.kind == SequenceKind::Clouds) return;
+    throw InputError(input +
+                     ": these are images, in the frame of their camera; the position of the sensor "
+                     "(--origin, sensor_origin_m) is for clouds in the coordinates of the world");
+  }
+
   void readRgbd(const layouts::FrameEntry& entry, const CloudChannels& channels, bool images,
                 Frame& frame) const {
     const std::string& path = entry.file;
@@ -200,9 +207,13 @@ Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions
     if (calibration.distortion)
       impl_->undistorter.emplace(calibration.camera, *calibration.distortion);
   }
-  if (!options.poses_file.empty())
+  if (options.sensor_origin) {
+    impl_->requireWorldClouds(inputs.front());
+    sequence.pose_source = PoseSource::Origin;
+  } else if (!options.poses_file.empty()) {
     layouts::addPoses(options.poses_file, readTrajectory(options.poses_file),
                       layouts::PosesBy::Line, Pose::Identity(), options, sequence);
+  }
 }
 
 Sequence::~Sequence() = default;
@@ -265,13 +276,14 @@ Frame Sequence::read(std::size_t index, const CloudChannels& channels, bool imag
     case SequenceKind::Clouds:
       frame.cloud = readCloudFile(entry.file, channels);
       if (impl_->options.scale != 1.0) scaleCloud(frame.cloud, impl_->options.scale);
+      if (impl_->options.sensor_origin) placeSensor(frame.cloud, *impl_->options.sensor_origin);
       // The calibration speaks of organized clouds of its own size only.
       if (frame.camera && (frame.cloud.width != static_cast<std::uint32_t>(frame.camera->width) ||
                            frame.cloud.height != static_cast<std::uint32_t>(frame.camera->height)))
         frame.camera.reset();
       break;
   }
-  if (poseSource() == PoseSource::Viewpoint) {
+  if (poseSource() == PoseSource::Viewpoint || poseSource() == PoseSource::Origin) {
     frame.T_world_sensor = frame.cloud.T_world_sensor;
   } else if (frame.T_world_sensor) {
     frame.T_world_sensor->translate(frame.cloud.origin);

@@ -24,7 +24,8 @@ enum class SequenceKind {
 enum class PoseSource {
   None,       ///< nowhere: motion has to be estimated
   Viewpoint,  ///< the VIEWPOINT of each PCD file; identity for PLY
-  File        ///< a file of the folder, or the one given
+  File,       ///< a file of the folder, or the one given
+  Origin      ///< SequenceOptions::sensor_origin: the axes of the world
 };
 
 /// One frame, read when asked for.
@@ -47,6 +48,8 @@ struct SequenceOptions {
   std::optional<SequenceKind> preferred;
   std::string calibration_file;  ///< a calib.yaml; empty = the calibration of the folder
   double scale = 1.0;            ///< metres a unit of the clouds of files and their VIEWPOINT
+  /// Where the sensor stood, world, metres, if the clouds are in the coordinates of the world.
+  std::optional<Vector3> sensor_origin;
   /// More frames may come: a sequence ends at its last pose, and may still be empty.
   bool growing = false;
   /// Nobody uses the poses: frames without one are kept, and those of a file with a line a frame

@@ -81,11 +81,8 @@ class MultiPlaneSegmentationStage : public Stage {
     params_.validate();
   }
   void adapt(const CloudScale& scale) override {
-    constexpr std::size_t kSmallest = 50;
-    constexpr std::size_t kFraction = 300;
-    if (!distance_threshold_) distance_threshold_ = 0.5 * automaticResolution(scale);
-    if (!min_inliers_)
-      min_inliers_ = static_cast<int>(std::max(kSmallest, scale.points / kFraction));
+    if (!distance_threshold_) distance_threshold_ = automaticThreshold(scale);
+    if (!min_inliers_) min_inliers_ = automaticSmallestPlane(scale);
     up_ = scale.up;
     noise_.adapt(scale);
     params_.noise = noise_.optionalNoise();

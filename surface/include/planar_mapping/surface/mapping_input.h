@@ -65,6 +65,12 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   void setSensorPose(const std::optional<Pose>& T_world_sensor) { sensor_pose_ = T_world_sensor; }
   const std::optional<Pose>& getSensorPose() const { return sensor_pose_; }
 
+  /// For clouds in the coordinates of the world, as OctoMap's insertPointCloud(cloud, origin) has
+  /// them: where the sensor stood, metres. Planes are in the same coordinates, and no pose counts.
+  /// std::nullopt (the default) = clouds are in the sensor's frame.
+  void setSensorOrigin(const std::optional<Vector3>& position) { sensor_origin_ = position; }
+  const std::optional<Vector3>& getSensorOrigin() const { return sensor_origin_; }
+
   /// Seconds; std::nullopt (the default) = the stamp in the header of the cloud.
   void setTimestamp(const std::optional<double>& seconds) { timestamp_ = seconds; }
   const std::optional<double>& getTimestamp() const { return timestamp_; }
@@ -80,7 +86,7 @@ class PLANAR_MAPPING_EXPORT MappingInput {
 
   // Every setter below throws ParameterError, and changes nothing, if the value is out of range.
 
-  /// All parameters at once.
+  /// All parameters at once; none is found from the cloud then.
   void setParams(const PlanarMapParams& params);
   const PlanarMapParams& getParams() const { return params_; }
 
@@ -89,7 +95,8 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   void setProfile(Profile profile);
   Profile getProfile() const { return params_.approximation.profile; }
   /// s, side of the smallest cell, metres, > 0; the limits of association follow it, see
-  /// PlanarMapParams::setResolution().
+  /// PlanarMapParams::setResolution(). Until it is set it follows from the first cloud of a map,
+  /// automaticResolution(), as in single_pcd.yaml; the params() of the map say what it is.
   void setResolution(double metres);
   double getResolution() const { return params_.approximation.resolution; }
   /// Extension of planar cuboids away from the sensor, metres, >= 0; 0 = the resolution.
@@ -105,7 +112,9 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   /// Points within this many cells of a cuboid need none of their own (Compact), in [0, 0.5].
   void setAbsorption(double cells);
   double getAbsorption() const { return params_.approximation.absorption; }
-  /// Up in the world, of any length > 0; the first axis of a planar cuboid is horizontal.
+  /// Up in the world, of any length > 0; the first axis of a planar cuboid is horizontal. Until it
+  /// is set it is z if a pose or an origin is set, else it follows from the first cloud of a map,
+  /// verticalOf().
   void setUpDirection(const Vector3& up);
   const Vector3& getUpDirection() const { return params_.approximation.up; }
   /// Space beyond this depth is not classified: it stays what it was, metres; 0 (the default) = as
@@ -120,7 +129,8 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   int getNumberOfThreads() const { return params_.approximation.threads; }
 
  protected:
-  MappingInput() = default;
+  /// \param params  of a map; resolution and up are found from the first cloud until they are set
+  explicit MappingInput(const PlanarMapParams& params = {}) : params_(params) {}
   ~MappingInput() = default;
   MappingInput(const MappingInput&) = default;
   MappingInput& operator=(const MappingInput&) = default;
@@ -138,15 +148,22 @@ class PLANAR_MAPPING_EXPORT MappingInput {
                          const Pose& T_world_sensor, std::uint64_t stamp_us) const;
 
  private:
+  /// For the points that seenFrom(getSensorOrigin()) gives.
+  /// \throws InputError if a pose or a camera is set, too
+  MappingInput seenFromOrigin() const;
+
   std::vector<PlaneSegment> planes_;
   std::vector<float> probabilities_;
   AssumedPoints assumed_;
   Indices ground_;
   std::optional<Pose> sensor_pose_;
+  std::optional<Vector3> sensor_origin_;
   std::optional<double> timestamp_;
   std::optional<PinholeCamera> camera_;
   std::optional<StereoNoise> noise_;
   PlanarMapParams params_;
+  bool finds_resolution_ = true;
+  bool finds_up_ = true;
 };
 
 }  // namespace planar_mapping

@@ -44,11 +44,7 @@ class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation : public pcl::PCLSurfaceBa
   using PointCloudConstPtr = typename pcl::PCLBase<PointT>::PointCloudConstPtr;
 
   /// The parameters are those of a map, but that free and unknown space are not kept.
-  PlanarCuboidApproximation() {
-    PlanarMapParams params;
-    params.unknown_space = false;
-    setParams(params);
-  }
+  PlanarCuboidApproximation() : MappingInput(paramsWithoutSpace()) {}
 
   /// Approximates the input cloud, or the points of setIndices().
   /// \param[out] cuboids in the world: planar ones plane by plane, then the non-planar ones
@@ -65,6 +61,12 @@ class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation : public pcl::PCLSurfaceBa
   std::string getClassName() const override { return "PlanarCuboidApproximation"; }
 
  private:
+  static PlanarMapParams paramsWithoutSpace() {
+    PlanarMapParams params;
+    params.unknown_space = false;
+    return params;
+  }
+
   FrameUpdate diagnostics_;
 };
 

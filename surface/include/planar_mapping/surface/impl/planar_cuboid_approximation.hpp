@@ -19,9 +19,10 @@ void PlanarCuboidApproximation<PointT>::approximate(std::vector<Cuboid>& cuboids
   if (!this->input_) throw InputError("PlanarCuboidApproximation has no input cloud");
   const PointCloud& cloud = *this->input_;
   const Indices* indices = this->use_indices_ && this->indices_ ? this->indices_.get() : nullptr;
-  PlanarMap map(getParams());
-  diagnostics_ = insertInto(map, viewOf(cloud), indices, sensorPoseOf(cloud, getSensorPose()),
-                            cloud.header.stamp);
+  const CloudView points = viewOf(cloud);
+  const Pose T_world_sensor = sensorPoseOf(cloud, getSensorPose());
+  PlanarMap map(paramsFor(points, indices, T_world_sensor));
+  diagnostics_ = insertInto(map, points, indices, T_world_sensor, cloud.header.stamp);
   cuboids = map.cuboids();
 }
 
