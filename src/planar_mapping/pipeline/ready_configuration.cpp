@@ -27,7 +27,8 @@ bool haveViewpoints(const io::Sequence& sequence) {
 }
 
 ReadyConfiguration chooseClouds(const io::Sequence& sequence) {
-  const bool has_poses = sequence.poseSource() != io::PoseSource::Viewpoint || haveViewpoints(sequence);
+  const bool has_poses =
+      sequence.poseSource() != io::PoseSource::Viewpoint || haveViewpoints(sequence);
   if (sequence.size() == 1)
     return {"single_pcd.yaml",
             {},
