@@ -38,7 +38,7 @@ std::string bytesOf(const std::string& path) {
 
 TEST(MapExport, WritesEveryFormat) {
   const TemporaryDirectory directory;
-  EXPECT_EQ(io::exportFormats().size(), 18u);
+  EXPECT_EQ(io::exportFormats().size(), 19u);
   for (const io::ExportFormat& format : io::exportFormats()) {
     const std::string path = directory / nameFor(format);
     EXPECT_FALSE(format.readers.empty());
