@@ -50,6 +50,7 @@ int main(int argc, char** argv) try {
 
   planar_mapping::MultiPlaneSACSegmentation<pcl::PointXYZ> segmentation;
   segmentation.setDistanceThreshold(0.05);  // metres
+  segmentation.setMinInliers(100);          // points of the smallest plane
   planar_mapping::PlanarMapping<pcl::PointXYZ> mapping;
   mapping.setResolution(0.1);  // metres
   for (const Frame& frame : frames) {

@@ -129,7 +129,7 @@ PlanarMapParams MappingInput::paramsFor(const PointsView& points, const Indices*
     params.setResolution(automaticResolution(scale));
     requireWithin(points, indices, PlanarMap::kReach * params.approximation.resolution);
   }
-  if (finds_up_ && !sensor_pose_) params.approximation.up = scale.up;
+  if (finds_up_ && !has_pose) params.approximation.up = scale.up;
   return params.resolvedFor(scale);
 }
 

@@ -75,9 +75,9 @@ def test_stubs_have_the_arguments_of_functions():
 def test_help_says_what_stubs_say():
     for function, words in [
         (pm.PlanarMap.insert_depth, ["depth_scale=None", "floats are metres"]),
-        (pm.PlanarMap.__init__, ["resolution=0.1", "side of the smallest cell"]),
+        (pm.PlanarMap.__init__, ["resolution=None", "side of the smallest cell"]),
         (pm.PlanarMap.load, ["path", "Reads a .pmap file"]),
-        (pm.segment, ["distance_threshold=0.05", "Finds the planes"]),
+        (pm.segment, ["distance_threshold=None", "Finds the planes"]),
         (pm.run, ["progress=None", "Returns the content of metrics.json"]),
     ]:
         shown = f"{inspect.signature(function)} {inspect.getdoc(function)}"

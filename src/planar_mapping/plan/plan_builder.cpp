@@ -227,6 +227,11 @@ void PlanBuilder::findEdges() {
         states_[i].is_edge = true;
         return;
       }
+      // Points that no plane holds may lie in a gap, or be a floor of which little was measured.
+      if (next && levels_[*next].kind == FloorLevel::Kind::Clutter && !states_[*next].is_hollow) {
+        states_[i].is_rim = true;
+        return;
+      }
       bool is_drop = false;
       for (std::uint32_t k = levels_.begin(cell); k < levels_.end(cell); ++k)
         is_drop |= levels_[k].height < height - tolerance;

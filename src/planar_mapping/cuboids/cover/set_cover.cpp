@@ -12,7 +12,7 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::size_t kStepsPerSet = 2;  // of those that no other one stands for
+constexpr std::size_t kStepsPerSet = 2;
 constexpr std::uint32_t kNoSet = 0xFFFFFFFFu;
 
 /// Lists of numbers, one after another in memory.
@@ -108,35 +108,19 @@ Lists hardest(const Lists& all, std::size_t sets) {
   return kept;
 }
 
-/// For each set the one that stands for it: one that holds all its elements, or itself; none for a
-/// set without elements.
+/// For each set the first one with the same elements; none for a set without elements.
 /// \param sets_of  for each element the sets that hold it
-std::vector<std::uint32_t> standIns(std::size_t sets, const Lists& sets_of) {
+std::vector<std::uint32_t> firstAlike(std::size_t sets, const Lists& sets_of) {
   const Lists elements_of = Lists::holders(sets, sets_of);
-  std::vector<std::uint64_t> marks(sets);
-  for (std::size_t s = 0; s < sets; ++s) marks[s] = marksOf(elements_of[s]);
-  std::vector<std::uint32_t> order(sets);
-  std::iota(order.begin(), order.end(), std::uint32_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t l, std::uint32_t r) {
-    return elements_of[l].size() > elements_of[r].size();
-  });
-  std::vector<std::uint32_t> stand_in(sets, kNoSet);
-  for (const std::uint32_t s : order) {
+  std::vector<std::uint32_t> first(sets, kNoSet);
+  for (std::uint32_t s = 0; s < sets; ++s) {
     const Lists::List own = elements_of[s];
-    if (own.size() == 0) break;
-    const auto holdsAll = [&](std::uint32_t other) {
-      const Lists::List its = elements_of[other];
-      return stand_in[other] == other && (marks[s] & ~marks[other]) == 0 &&
-             std::includes(its.begin(), its.end(), own.begin(), own.end());
-    };
-    const std::uint32_t rarest = *std::min_element(
-        own.begin(), own.end(),
-        [&](std::uint32_t l, std::uint32_t r) { return sets_of[l].size() < sets_of[r].size(); });
-    const Lists::List others = sets_of[rarest];
-    const auto found = std::find_if(others.begin(), others.end(), holdsAll);
-    stand_in[s] = found != others.end() ? *found : s;
+    if (own.size() == 0) continue;
+    const Lists::List others = sets_of[*own.begin()];
+    first[s] = *std::find_if(others.begin(), others.end(),
+                             [&](std::uint32_t other) { return elements_of[other] == own; });
   }
-  return stand_in;
+  return first;
 }
 
 /// Takes sets out of a cover and puts others in until one fewer does. Elements that are left open
@@ -272,35 +256,28 @@ class RowWeighting {
 
 std::vector<std::size_t> fewerSets(std::size_t elements, const std::vector<CellSet>& sets,
                                    const std::vector<std::size_t>& start) {
-  Lists rows = hardest(Lists::holders(elements, sets), sets.size());
-  std::vector<std::size_t> kept(sets.size());
-  std::iota(kept.begin(), kept.end(), std::size_t{0});
-  std::vector<std::size_t> first = start;
-  // The search is among the elements and sets for which no other one stands.
-  while (true) {
-    const std::vector<std::uint32_t> stand_in = standIns(kept.size(), rows);
-    std::vector<std::uint32_t> number(kept.size(), kNoSet);
-    std::size_t count = 0;
-    for (std::uint32_t s = 0; s < kept.size(); ++s) {
-      if (stand_in[s] != s) continue;
-      number[s] = static_cast<std::uint32_t>(count);
-      kept[count++] = kept[s];
-    }
-    if (count == kept.size()) break;
-    kept.resize(count);
-    eraseIf(first, [&](std::size_t s) { return stand_in[s] == kNoSet; });
-    for (std::size_t& s : first) s = number[stand_in[s]];
-    makeDistinct(first);
-    Lists fewer;
-    for (std::size_t e = 0; e < rows.size(); ++e) {
-      for (const std::uint32_t s : rows[e])
-        if (number[s] != kNoSet) fewer.push(number[s]);
-      fewer.close();
-    }
-    rows = hardest(fewer, count);
+  const Lists hard = hardest(Lists::holders(elements, sets), sets.size());
+  const std::vector<std::uint32_t> first = firstAlike(sets.size(), hard);
+  // The search is among sets that differ, by numbers of their own.
+  std::vector<std::size_t> kept;
+  std::vector<std::uint32_t> number(sets.size(), kNoSet);
+  for (std::uint32_t s = 0; s < sets.size(); ++s) {
+    if (first[s] != s) continue;
+    number[s] = static_cast<std::uint32_t>(kept.size());
+    kept.push_back(s);
   }
+  Lists rows;
+  for (std::size_t e = 0; e < hard.size(); ++e) {
+    for (const std::uint32_t s : hard[e])
+      if (number[s] != kNoSet) rows.push(number[s]);
+    rows.close();
+  }
+  std::vector<std::size_t> begun;
+  for (const std::size_t s : start)
+    if (first[s] != kNoSet) begun.push_back(number[first[s]]);
+  makeDistinct(begun);
   std::vector<std::size_t> cover =
-      RowWeighting(kept.size(), rows, first).run(kStepsPerSet * kept.size());
+      RowWeighting(kept.size(), rows, begun).run(kStepsPerSet * kept.size());
   for (std::size_t& s : cover) s = kept[s];
   std::sort(cover.begin(), cover.end());
   return cover;

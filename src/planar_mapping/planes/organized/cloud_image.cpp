@@ -16,6 +16,8 @@ namespace {
 constexpr double kMaxOff = 0.1;         // steps that a value may be off the lattice
 constexpr double kMaxSize = 10000.0;    // pixels a side
 constexpr std::size_t kMinFilled = 10;  // one pixel of so many has a point, at least
+// Most clouds are no image, as so many of their points show without a copy of all.
+constexpr std::size_t kFirst = 4096;
 
 /// Values start + k * step for whole k >= 0.
 struct Lattice {
@@ -64,6 +66,13 @@ double stepOf(std::vector<double>& differences) {
   return differences.empty() ? 0.0 : ranked(differences, differences.size() / 2);
 }
 
+/// The step between columns: most differences of neighbouring values.
+double columnStepOf(const std::vector<double>& across) {
+  std::vector<double> steps(across.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = across[i + 1] - across[i];
+  return stepOf(steps);
+}
+
 }  // namespace
 
 std::optional<CloudImage> imageOf(const PointsView& points, const Indices* indices) {
@@ -79,11 +88,12 @@ std::optional<CloudImage> imageOf(const PointsView& points, const Indices* indic
     used.push_back(static_cast<int>(index));
     across.push_back(p.x() / p.z());
     down.push_back(p.y() / p.z());
+    if (used.size() != kFirst) continue;
+    const double step = columnStepOf(across);
+    if (!(std::abs(step) > 0.0) || !latticeOf(across, step)) return std::nullopt;
   }
   if (used.size() < 2) return std::nullopt;
-  std::vector<double> steps(used.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = across[i + 1] - across[i];
-  const double column = stepOf(steps);
+  const double column = columnStepOf(across);
   std::vector<double> rows;  // where x / z begins anew
   for (std::size_t i = 0; i + 1 < used.size(); ++i) {
     if ((across[i + 1] - across[i]) * column < 0.0) rows.push_back(down[i + 1] - down[i]);

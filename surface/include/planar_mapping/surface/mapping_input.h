@@ -113,8 +113,8 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   void setAbsorption(double cells);
   double getAbsorption() const { return params_.approximation.absorption; }
   /// Up in the world, of any length > 0; the first axis of a planar cuboid is horizontal. Until it
-  /// is set it is z if a pose or an origin is set, else it follows from the first cloud of a map,
-  /// verticalOf().
+  /// is set it is z if a pose or an origin is set or the cloud has a pose, else it follows from the
+  /// first cloud of a map, verticalOf().
   void setUpDirection(const Vector3& up);
   const Vector3& getUpDirection() const { return params_.approximation.up; }
   /// Space beyond this depth is not classified: it stays what it was, metres; 0 (the default) = as

@@ -121,19 +121,15 @@ TEST(SetCover, IsNeverMoreThanItStartsWith) {
   EXPECT_EQ(fewer, 20u);
 }
 
-TEST(SetCover, SetsWithinOthersAreNotTaken) {
+TEST(SetCover, SetsTwiceChangeNothing) {
   Random random(9);
   for (int round = 0; round < 20; ++round) {
     const std::uint32_t elements = 100 + random.below(100);
     std::vector<CellSet> sets = intervals(random, elements, 150);
-    const std::size_t fewest = fewerSets(elements, sets, allOf(sets)).size();
-    const std::size_t all = sets.size();
-    for (std::size_t i = 0; i < all; ++i) {
-      if (sets[i].size() > 1) sets.emplace_back(sets[i].begin() + 1, sets[i].end());
-    }
     const std::vector<std::size_t> cover = fewerSets(elements, sets, allOf(sets));
-    EXPECT_EQ(fewest, cover.size()) << "round " << round;
-    EXPECT_LT(cover.back(), all) << "round " << round;
+    const std::vector<CellSet> once = sets;
+    sets.insert(sets.end(), once.begin(), once.end());
+    EXPECT_EQ(cover, fewerSets(elements, sets, allOf(sets))) << "round " << round;
   }
 }
 
