@@ -41,7 +41,8 @@ class Readme : public planar_mapping::CliTest {
     // The numbers of the program.
     const std::string yaml =
         "version: 1\nstages:\n"
-        "  - stage: multi_plane_segmentation\n    distance_threshold_m: 0.05\n    min_inliers: 100\n"
+        "  - stage: multi_plane_segmentation\n    distance_threshold_m: 0.05\n    min_inliers: "
+        "100\n"
         "  - stage: planar_cuboid_approximation\n    resolution_m: 0.1\n";
     std::vector<Frame> frames;
     std::vector<std::string> arguments = {"run", write("readme.yaml", yaml), "-o",
