@@ -8,7 +8,7 @@ packages=(
   build-essential cmake ninja-build
   libeigen3-dev libzstd-dev libpcl-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libpng-dev liblzf-dev
   libvtk9-dev libglew-dev libegl-dev libx11-dev
-  libopencv-dev libturbojpeg0-dev libzmq3-dev cppzmq-dev
+  libopencv-dev libturbojpeg0-dev libzmq3-dev cppzmq-dev libceres-dev libsqlite3-dev
   liboctomap-dev libjs-three
   libegl1 libgl1-mesa-dri
   libgtest-dev libbenchmark-dev
