@@ -137,6 +137,23 @@ TEST(Sections, FrontEndAndTheRestInTwoPipelinesEqualOne) {
             seen_by_stages);
 }
 
+TEST(Sections, FramesCanBeSensedAheadOfTheMap) {
+  Pipeline pipeline = parsedPipeline();
+  EXPECT_FALSE(pipeline.hasBegun());
+  std::vector<Frame> first = pipeline.sense(frameOf(0));
+  EXPECT_TRUE(pipeline.hasBegun());
+  ASSERT_EQ(1u, first.size());
+  EXPECT_EQ("points 0", seen_by_stages.back());
+  EXPECT_EQ(nullptr, first[0].map);
+  seen_by_stages.clear();
+  std::vector<Frame> second = pipeline.sense(frameOf(1));
+  EXPECT_EQ("", pipeline.integrate(first[0]).skip_reason);
+  EXPECT_EQ("", pipeline.integrate(second[0]).skip_reason);
+  EXPECT_EQ((Notes{"images 1", "features 1", "motion 1", "points 1", "map 0", "map 1"}),
+            seen_by_stages);
+  EXPECT_EQ(&pipeline.map(), second[0].map);
+}
+
 /// A given pose needs no features; for another process they are found all the same.
 TEST(Sections, FeaturesAreFoundOnlyWhereAStageUsesThem) {
   Pipeline pipeline = parsedPipeline();

@@ -105,9 +105,29 @@ Pipeline::Pipeline(Configuration configuration)
     : configuration_(std::move(configuration)),
       front_end_size_(sizeThrough(configuration_, {StageKind::Images, StageKind::Features})),
       sensing_size_(std::max(front_end_size_, sizeThrough(configuration_, {StageKind::Motion}))),
+      integration_(std::max(
+          sensing_size_,
+          sizeThrough(configuration_, {StageKind::Points, StageKind::Planes, StageKind::Any}))),
       is_adapted_(sensing_size_, false) {}
 
 FrameReport Pipeline::process(Frame& frame) {
+  std::vector<Frame> placed = runSensing(frame);
+  const FrameReport result = integrate(frame);
+  for (Frame& one : placed) {
+    const FrameReport report = integrate(one);
+    placed_again_.emplace_back(std::move(one), report);
+  }
+  return result;
+}
+
+std::vector<Frame> Pipeline::sense(Frame frame) {
+  std::vector<Frame> placed = runSensing(frame);
+  placed.insert(placed.begin(), std::move(frame));
+  return placed;
+}
+
+/// \return frames that it helped to place
+std::vector<Frame> Pipeline::runSensing(Frame& frame) {
   const Clock::time_point start = Clock::now();
   if (!frame.front_end_done) runFrontEnd(frame, false);  // dense cloud, key features (III-B)
   if (!usesKeyFeatures(frame, 0)) frame.key_features.clear();
@@ -120,14 +140,24 @@ FrameReport Pipeline::process(Frame& frame) {
     frame.skip_reason = "hardly any pixel of its image has a depth (" +
                         std::to_string(frame.points_valid) + "); the map begins with another";
   runMotion(frame);   // its pose (Eq. 8)
-  runMapping(frame);  // ground, planes (III-C), beliefs (III-D, E), cuboids (III-F), map (IV)
+  runMapping(frame);  // ground, planes (III-C)
+  std::vector<Frame> placed;
   if (frame.skip_reason.empty()) {
-    tryAgain();
+    placed = tryAgain();
   } else if (waits || (is_usable && has_begun_ && hasStage(StageKind::Motion))) {
     keepForLater(frame, statistics);
   }
+  frame.sensing_ms = millisecondsSince(start);
+  return placed;
+}
+
+/// Beliefs (III-D, E), cuboids (III-F), map (IV).
+FrameReport Pipeline::integrate(Frame& frame) {
+  const Clock::time_point start = Clock::now();
+  frame.map = &map_;
+  for (std::size_t i = integration_; i < configuration_.stages.size(); ++i) runStage(i, frame);
   FrameReport result = report(frame);
-  result.frame_ms = millisecondsSince(start);
+  result.frame_ms = frame.sensing_ms + millisecondsSince(start);
   return result;
 }
 
@@ -168,7 +198,6 @@ void Pipeline::findUsablePoints(Frame& frame) const {
 }
 
 void Pipeline::runMotion(Frame& frame) {
-  frame.map = &map_;
   if (frame.images_changed) left_out_.clear();  // their images are aligned as before
   for (std::size_t i = front_end_size_; i < sensing_size_; ++i) {
     runStage(i, frame);
@@ -187,7 +216,7 @@ void Pipeline::runMapping(Frame& frame) {
     if (!configuration_.settings.up) detail::findVertical(mean_up_, scale, frame);
     beginMap(frame, scale);
   }
-  for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
+  for (std::size_t i = sensing_size_; i < integration_; ++i) runStage(i, frame);
 }
 
 void Pipeline::runStage(std::size_t index, Frame& frame) {
@@ -307,9 +336,10 @@ void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
 
 /// The latest first: it sees most of what the frame that was placed sees, and the one before it
 /// most of what it sees.
-void Pipeline::tryAgain() {
+std::vector<Frame> Pipeline::tryAgain() {
   constexpr int kMaxAttempts = 3;
   std::vector<LeftOut> waiting;
+  std::vector<Frame> placed;
   for (std::size_t i = left_out_.size(); i-- > 0;) {
     LeftOut& left_out = left_out_[i];
     Frame frame = left_out.frame;
@@ -318,13 +348,13 @@ void Pipeline::tryAgain() {
     runMotion(frame);
     runMapping(frame);
     if (frame.skip_reason.empty()) {
-      const FrameReport placed = report(frame);
-      placed_again_.emplace_back(std::move(frame), placed);
+      placed.push_back(std::move(frame));
     } else if (++left_out.attempts < kMaxAttempts) {
       waiting.insert(waiting.begin(), std::move(left_out));
     }
   }
   left_out_ = std::move(waiting);
+  return placed;
 }
 
 std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {

@@ -72,6 +72,16 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// \throws InputError, ParameterError; the map is then as the stage left it
   FrameReport process(Frame& frame);
 
+  /// process() in two parts, so that a frame can be sensed while the one before is integrated:
+  /// sense() runs the stages up to the last one that is neither for beliefs nor for the map,
+  /// integrate() the rest. Every frame passes both, in the same order. No integrate() may be at
+  /// work while hasBegun() is false.
+  /// \return the frame, then those that it helped to place (Frame::again), all to be integrated
+  std::vector<Frame> sense(Frame frame);
+  FrameReport integrate(Frame& frame);
+  /// Whether the map has: a frame got as far as the stages for points.
+  bool hasBegun() const { return has_begun_; }
+
   /// The front-end alone, for a process that hands the frame on; process() of the same
   /// configuration, in this or another process, does the rest.
   FrameReport processFrontEnd(Frame& frame);
@@ -92,6 +102,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void findUsablePoints(Frame& frame) const;
   void runMotion(Frame& frame);
   void runMapping(Frame& frame);
+  std::vector<Frame> runSensing(Frame& frame);
   void runStage(std::size_t index, Frame& frame);
   bool usesKeyFeatures(const Frame& frame, std::size_t first) const;
   std::optional<double> givenResolution() const;
@@ -100,13 +111,14 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void moveToOrigin(Frame& frame);
   bool waitsForMore(const Frame& frame) const;
   void keepForLater(const Frame& frame, std::size_t statistics);
-  void tryAgain();
+  std::vector<Frame> tryAgain();
   FrameReport report(const Frame& frame);
 
   Configuration configuration_;
   PlanarMap map_;
   std::size_t front_end_size_ = 0;   ///< stages through the last Images or Features stage
   std::size_t sensing_size_ = 0;     ///< and through the last Motion stage
+  std::size_t integration_ = 0;      ///< the first of the stages that integrate() runs
   std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
   std::vector<bool> is_adapted_;     ///< of the stages of sections 1 and 2
   bool has_begun_ = false;           ///< the map; the stages of section 3 are adapted
