@@ -146,7 +146,10 @@ TEST(Sections, FramesCanBeSensedAheadOfTheMap) {
   EXPECT_EQ("points 0", seen_by_stages.back());
   EXPECT_EQ(nullptr, first[0].map);
   seen_by_stages.clear();
-  std::vector<Frame> second = pipeline.sense(frameOf(1));
+  Frame next = frameOf(1);
+  pipeline.prepare(next);
+  EXPECT_EQ("images 1", seen_by_stages.back());
+  std::vector<Frame> second = pipeline.sense(next);
   EXPECT_EQ("", pipeline.integrate(first[0]).skip_reason);
   EXPECT_EQ("", pipeline.integrate(second[0]).skip_reason);
   EXPECT_EQ((Notes{"images 1", "features 1", "motion 1", "points 1", "map 0", "map 1"}),
@@ -206,6 +209,9 @@ TEST(Sections, SameImageTwiceIsAFrozenCamera) {
   EXPECT_NE(std::string::npos, pipeline.process(same).skip_reason.find("frozen"));
   EXPECT_EQ("", pipeline.process(other).skip_reason);
   EXPECT_EQ("", pipeline.process(back).skip_reason);
+  Frame prepared = frameOf(4, 50);
+  pipeline.prepare(prepared);
+  EXPECT_NE(std::string::npos, pipeline.process(prepared).skip_reason.find("frozen"));
 }
 
 TEST(Sections, SameImageWithOtherDepthsIsNoFrozenCamera) {

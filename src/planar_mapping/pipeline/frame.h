@@ -57,6 +57,7 @@ struct Frame {
   std::optional<Pose> given_pose;
   /// The pose of the cloud is only assumed: its file has none.
   bool pose_assumed = false;
+  bool is_prepared = false;  ///< Pipeline::prepare() has seen it
   /// The stages up to Features were run on it by another process; they are not run again.
   bool front_end_done = false;
   bool is_last = false;  ///< of its input, where that is known
@@ -99,7 +100,7 @@ struct Frame {
   bool inserted = false;                   ///< into the map
   FrameUpdate update;                      ///< what the insertion did
   std::vector<FrameStatistic> statistics;  ///< of the stages, for frames.csv
-  double sensing_ms = 0.0;                 ///< of Pipeline::sense()
+  double sensing_ms = 0.0;                 ///< of Pipeline::prepare() and sense()
   std::vector<double> stage_ms;            ///< of the stages so far, as the configuration has them
   std::vector<std::size_t> stage_removed;  ///< points that each of them removed, ground apart
   std::vector<std::string> notes;          ///< for run.log

@@ -108,7 +108,11 @@ Pipeline::Pipeline(Configuration configuration)
       integration_(std::max(
           sensing_size_,
           sizeThrough(configuration_, {StageKind::Points, StageKind::Planes, StageKind::Any}))),
-      is_adapted_(sensing_size_, false) {}
+      is_adapted_(sensing_size_, 0) {
+  const auto& stages = configuration_.stages;
+  while (images_size_ < front_end_size_ && stages[images_size_].kind == StageKind::Images)
+    ++images_size_;
+}
 
 FrameReport Pipeline::process(Frame& frame) {
   std::vector<Frame> placed = runSensing(frame);
@@ -147,7 +151,7 @@ std::vector<Frame> Pipeline::runSensing(Frame& frame) {
   } else if (waits || (is_usable && has_begun_ && hasStage(StageKind::Motion))) {
     keepForLater(frame, statistics);
   }
-  frame.sensing_ms = millisecondsSince(start);
+  frame.sensing_ms += millisecondsSince(start);
   return placed;
 }
 
@@ -169,21 +173,35 @@ FrameReport Pipeline::processFrontEnd(Frame& frame) {
   return result;
 }
 
-/// \param for_others  another process does the rest: it may use key features
-void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
+void Pipeline::checkPictures(Frame& frame) {
   const std::uint64_t pictures = pictureFingerprint(frame);
   if (pictures != 0 && pictures == last_pictures_ && frame.skip_reason.empty())
     frame.skip_reason =
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";
   if (pictures != 0) last_pictures_ = pictures;
+}
+
+void Pipeline::prepare(Frame& frame) {
+  if (frame.front_end_done) return;
+  const Clock::time_point start = Clock::now();
+  checkPictures(frame);
+  for (std::size_t i = 0; i < images_size_; ++i) runStage(i, frame);
+  frame.is_prepared = true;
+  frame.sensing_ms = millisecondsSince(start);
+}
+
+/// \param for_others  another process does the rest: it may use key features
+void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
+  if (!frame.is_prepared) checkPictures(frame);
   const bool with_features = for_others || usesKeyFeatures(frame, 0);
   const auto runs = [&](const ConfiguredStage& stage) {
     return stage.enabled && (with_features || stage.kind != StageKind::Features);
   };
   const auto& stages = configuration_.stages;
-  for (std::size_t i = 0; i < front_end_size_ && frame.skip_reason.empty(); ++i)
+  const std::size_t first = frame.is_prepared ? images_size_ : 0;
+  for (std::size_t i = first; i < front_end_size_ && frame.skip_reason.empty(); ++i)
     if (runs(stages[i])) stages[i].stage->begin(frame);
-  for (std::size_t i = 0; i < front_end_size_; ++i)
+  for (std::size_t i = first; i < front_end_size_; ++i)
     if (runs(stages[i])) runStage(i, frame);
   frame.front_end_done = true;
 }
@@ -225,9 +243,9 @@ void Pipeline::runStage(std::size_t index, Frame& frame) {
   frame.stage_removed.resize(configuration_.stages.size(), 0);
   if (!frame.skip_reason.empty() || !configured.enabled) return;
   const Clock::time_point start = Clock::now();
-  if (index < sensing_size_ && !is_adapted_[index]) {
+  if (index < sensing_size_ && is_adapted_[index] == 0) {
     adaptStage(configured, knownScale(frame), frame.source);
-    is_adapted_[index] = true;
+    is_adapted_[index] = 1;
   }
   const std::size_t points = pointsLeft(frame);
   try {

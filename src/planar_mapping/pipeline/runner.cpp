@@ -122,17 +122,19 @@ class Run {
     next_checkpoint_ = Clock::now() + secondsOf(options_.checkpoint_s);
     try {
       while (!stopRequested()) {
-        const Clock::time_point start = Clock::now();
-        std::optional<Frame> frame = source_.next();
-        const std::chrono::duration<double, std::milli> read = Clock::now() - start;
-        if (!frame) break;
-        processFrame(std::move(*frame), read.count());
+        Read read = ahead_.valid() ? ahead_.get() : readFrame(false);
+        if (!read.frame) break;
+        if (worksAhead())
+          ahead_ = std::async(std::launch::async, [this] { return readFrame(true); });
+        processFrame(std::move(*read.frame), read.ms);
         checkpoint();
       }
     } catch (...) {
+      if (ahead_.valid()) ahead_.wait();
       finishFrame();
       throw;
     }
+    if (ahead_.valid()) ahead_.wait();
     finishFrame();
     const std::optional<std::size_t> all = source_.size();
     // A signal after the last frame came too late to matter.
@@ -142,25 +144,42 @@ class Run {
         (all ? " of " + std::to_string(*all) : std::string()) + " frames");
   }
 
+  /// Whether a frame is read and its images are matched, another one sensed, and one integrated at
+  /// the same time: with more than one thread, where the frames are there already.
+  bool worksAhead() const {
+    return source_.size() && pipeline_.hasBegun() &&
+           resolveThreads(pipeline_.configuration().settings.threads) > 1;
+  }
+
+  struct Read {
+    std::optional<Frame> frame;
+    double ms = 0.0;
+  };
+  Read readFrame(bool ahead) {
+    const Clock::time_point start = Clock::now();
+    Read read;
+    read.frame = source_.next();
+    read.ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (ahead && read.frame) pipeline_.prepare(*read.frame);
+    return read;
+  }
+
   /// A frame and what became of it.
   struct Processed {
     Frame frame;
     FrameReport report;
   };
 
-  /// With more than one thread a frame is integrated while the next one is sensed, where that is
-  /// there already.
   void processFrame(Frame frame, double read_ms) {
     checkTimestamp(frame);
     std::vector<Frame> sensed = pipeline_.sense(std::move(frame));
     finishFrame();
-    const bool is_alone = !source_.size() || !pipeline_.hasBegun() ||
-                          resolveThreads(pipeline_.configuration().settings.threads) == 1;
-    at_work_ = std::async(is_alone ? std::launch::deferred : std::launch::async,
+    const bool ahead = worksAhead();
+    at_work_ = std::async(ahead ? std::launch::async : std::launch::deferred,
                           [this, read_ms, frames = std::move(sensed)]() mutable {
                             return integrate(std::move(frames), read_ms);
                           });
-    if (is_alone) finishFrame();
+    if (!ahead) finishFrame();
   }
 
   std::vector<Processed> integrate(std::vector<Frame> frames, double read_ms) {
@@ -330,6 +349,7 @@ class Run {
   Clock::time_point next_checkpoint_;
   RunResult result_;
   std::future<std::vector<Processed>> at_work_;  ///< the frame that is being integrated
+  std::future<Read> ahead_;                      ///< the next frame
 };
 
 /// Paths made absolute, so that config.resolved.yaml works from anywhere.

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/base/spelling.h"
 #include "planar_mapping/pipeline/frame.h"
 
@@ -89,7 +88,6 @@ SequenceSource::SequenceSource(const Configuration& configuration)
       sequence_(configuration.inputs, sequenceOptions(configuration)),
       with_images_(hasStage(configuration, StageKind::Images) ||
                    hasStage(configuration, StageKind::Features)),
-      reads_ahead_(with_images_ && resolveThreads(configuration.settings.threads) > 1),
       selected_(select(configuration.frames, sequence_.size())) {}
 
 std::optional<ImagesUp> SequenceSource::meanUp() const {
@@ -107,19 +105,11 @@ std::optional<ImagesUp> SequenceSource::meanUp() const {
   return images;
 }
 
-Frame SequenceSource::read(std::size_t position) const {
-  Frame frame = readFrame(sequence_, selected_[position], with_images_);
-  frame.is_only = selected_.size() == 1;
-  frame.is_last = position + 1 == selected_.size();
-  return frame;
-}
-
 std::optional<Frame> SequenceSource::next() {
   if (position_ == selected_.size()) return std::nullopt;
-  const std::size_t position = position_++;
-  Frame frame = ahead_.valid() ? ahead_.get() : read(position);
-  if (reads_ahead_ && position_ < selected_.size())
-    ahead_ = std::async(std::launch::async, [this] { return read(position_); });
+  Frame frame = readFrame(sequence_, selected_[position_++], with_images_);
+  frame.is_only = selected_.size() == 1;
+  frame.is_last = position_ == selected_.size();
   return frame;
 }
 

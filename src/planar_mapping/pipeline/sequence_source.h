@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <future>
 #include <string>
 #include <vector>
 
@@ -26,15 +25,12 @@ PLANAR_MAPPING_EXPORT Frame readFrame(const io::Sequence& sequence, std::size_t 
 /// The frames of files and folders, as a configuration asks for them: inputs, poses, which frames.
 /// A folder that holds several kinds is read as what the stages need: pairs with an Images stage,
 /// depth and colour images with a Features stage, else clouds. A damaged or missing image makes a
-/// frame with a `skip_reason`; a damaged cloud file ends the run. With more than one thread images
-/// are read while the frame before is in work.
+/// frame with a `skip_reason`; a damaged cloud file ends the run.
 class PLANAR_MAPPING_EXPORT SequenceSource : public FrameSource {
  public:
   /// \throws IoError if something is missing or not recognised; InputError without inputs, or if
   ///         the selection leaves no frame
   explicit SequenceSource(const Configuration& configuration);
-  SequenceSource(const SequenceSource&) = delete;
-  SequenceSource& operator=(const SequenceSource&) = delete;
 
   std::vector<std::string> names() const override { return names_; }
   std::vector<std::string> notes() const override { return describe(sequence_); }
@@ -45,15 +41,11 @@ class PLANAR_MAPPING_EXPORT SequenceSource : public FrameSource {
   std::optional<Frame> next() override;
 
  private:
-  Frame read(std::size_t position) const;
-
   std::vector<std::string> names_;
   io::Sequence sequence_;
   bool with_images_ = false;
-  bool reads_ahead_ = false;
   std::vector<std::size_t> selected_;
   std::size_t position_ = 0;  ///< in selected_, of the next frame
-  std::future<Frame> ahead_;  ///< the next frame, where it is being read
 };
 
 }  // namespace planar_mapping
