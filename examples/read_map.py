@@ -42,11 +42,18 @@ def cells_of(regions, cells, label, side):  # lattice coordinates of the cells w
     axes = range(regions.shape[1])
     return np.stack([(8 * regions[region, k] + bundle // 8**k % 8) * side + cell // side**k % side for k in axes], axis=1)
 
-data = open(sys.argv[1], "rb").read()
-assert data[:4] == b"PMAP" and data[4] == 5, "no planar map of version 5"
+if len(sys.argv) != 2:
+    sys.exit("usage: python3 read_map.py map.pmap")
+try:
+    data = open(sys.argv[1], "rb").read()
+except OSError as error:
+    sys.exit(f"{sys.argv[1]}: {error.strerror}")
+if data[:4] != b"PMAP" or data[4:5] != b"\5":
+    sys.exit(f"{sys.argv[1]}: no planar map of version 5")
 is_finished = data[5] == 1
 size, checksum = int.from_bytes(data[8:16], "little"), int.from_bytes(data[16:20], "little")
-assert zlib.crc32(data[20:], zlib.crc32(data[:16])) == checksum, "the map is damaged"
+if zlib.crc32(data[20:], zlib.crc32(data[:16])) != checksum:
+    sys.exit(f"{sys.argv[1]}: the map is damaged")
 content, at, sections = zstandard.ZstdDecompressor().decompress(data[20:], size), 0, {}
 while at < size:
     name, length = content[at : at + 8].rstrip(b"\0").decode(), int.from_bytes(content[at + 8 : at + 16], "little")

@@ -285,6 +285,27 @@ TEST_F(MapCommands, MapsAreReadByAProgramInPython) {
   }
 }
 
+TEST_F(MapCommands, TheProgramInPythonSaysWhatIsWrongWithAFile) {
+  const std::string python = PLANAR_MAPPING_PYTHON;
+  if (python.empty()) GTEST_SKIP() << "no python3 with numpy and zstandard";
+  map();
+  const std::string bytes = read("out1/map.pmap");
+  const std::pair<std::string, std::string> cases[] = {
+      {write("empty.pmap", ""), "no planar map"},
+      {write("text.pmap", "garbage\n"), "no planar map"},
+      {write("cut.pmap", bytes.substr(0, bytes.size() / 2)), "damaged"},
+      {directory_ / "none.pmap", "No such file"},
+      {directory_.path(), "Is a directory"}};
+  for (const auto& [path, reason] : cases) {
+    const ProgramResult result = runProgram(
+        {python, std::string(PLANAR_MAPPING_SOURCE_DIR) + "/examples/read_map.py", path});
+    EXPECT_EQ(1, result.exit_code) << path;
+    EXPECT_EQ(0u, result.err.find(path + ": ")) << result.err;
+    EXPECT_NE(std::string::npos, result.err.find(reason)) << result.err;
+    EXPECT_EQ(std::string::npos, result.err.find("Traceback")) << result.err;
+  }
+}
+
 TEST_F(MapCommands, FinishedMapsAreRefusedWhereTheyHaveTooLittle) {
   const std::string file = map();
   const std::string finished = directory_ / "finished.pmap";

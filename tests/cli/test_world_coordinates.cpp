@@ -151,6 +151,19 @@ TEST_F(WorldCoordinates, TheOriginOfTheSensorGivesTheMapOfItsPose) {
   EXPECT_NE(std::string::npos, before.out.find("free")) << before.out;
 }
 
+/// As of OctoMap's scan.dat.
+TEST_F(WorldCoordinates, TheSensorMayStandAtTheOrigin) {
+  const std::string cloud = write("scan.pcd", binaryPcd(roomPoints(20000)));
+  expectExit(0, runOn(cloud, {"--origin", "0,0,0"}));
+  const ProgramResult before =
+      planarMap({"query", directory_ / "out/map.pmap", "--point", "0.5,0,0"});
+  EXPECT_NE(std::string::npos, before.out.find("free")) << before.out;
+  const ProgramResult direction =
+      runOn(cloud, {"--force", "--set", "planar_cuboid_approximation.up=[0, 0, 0]"});
+  EXPECT_EQ(3, direction.exit_code);
+  EXPECT_NE(std::string::npos, direction.err.find("not all zero")) << direction.err;
+}
+
 TEST_F(WorldCoordinates, AnOriginIsForCloudsWithoutPoses) {
   const std::string poses = write("poses.txt", "0 0 0 0 0 0 0 1\n");
   EXPECT_EQ(2, runOn(room(), {"--origin", "1,2,3", "--poses", poses}).exit_code);

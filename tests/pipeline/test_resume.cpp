@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "pipeline_frames.h"
 #include "planar_mapping/base/error.h"
@@ -45,10 +46,12 @@ class Resume : public ::testing::TestWithParam<Input> {
   }
   static constexpr std::size_t kNever = 1000;
   /// \param stop_after  frames
+  /// \param threads     with 1 no frame is in work when the progress of another is told
   RunResult run(const std::string& output, bool resume, std::size_t stop_after,
-                bool overwrite = false) const {
-    Configuration configuration =
-        test::readyConfiguration(GetParam().configuration, GetParam().assignments);
+                bool overwrite = false, int threads = 1) const {
+    std::vector<std::string> assignments = GetParam().assignments;
+    assignments.push_back("threads=" + std::to_string(threads));
+    Configuration configuration = test::readyConfiguration(GetParam().configuration, assignments);
     configuration.inputs = {directory_ / "input"};
     std::atomic<bool> stop{stop_after == 0};
     RunOptions options;
@@ -64,6 +67,14 @@ class Resume : public ::testing::TestWithParam<Input> {
   std::string read(const std::string& name) const {
     std::ifstream in(directory_ / name, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
+  }
+  /// The lines of a file but for those with a word.
+  std::string readWithout(const std::string& word, const std::string& name) const {
+    std::istringstream in(read(name));
+    std::string text;
+    for (std::string line; std::getline(in, line);)
+      if (line.find(word) == std::string::npos) text += line + "\n";
+    return text;
   }
   /// Without times, and without memory, which depends on how the heap grew.
   nlohmann::json metrics(const std::string& output) const {
@@ -108,6 +119,30 @@ TEST_P(Resume, EndsAsAnUninterruptedRun) {
   EXPECT_EQ(0, nlohmann::json::parse(nothing.metrics_json)["frames"]);
   EXPECT_EQ(saved, fs::last_write_time(directory_ / "parts/map.pmap"));
   EXPECT_TRUE(run("none", false, 0).saved);
+}
+
+/// With threads a frame is integrated while the next one is sensed and another one read.
+TEST_P(Resume, ThreadsChangeNothing) {
+  run("one", false, kNever);
+  for (const int threads : {2, 3}) {
+    run("more", false, kNever, true, threads);
+    for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt"})
+      EXPECT_EQ(read(std::string("one/") + name), read(std::string("more/") + name)) << name;
+    EXPECT_EQ(readWithout("threads", "one/config.resolved.yaml"),
+              readWithout("threads", "more/config.resolved.yaml"));
+    EXPECT_EQ(readWithout("saved to", "one/run.log"), readWithout("saved to", "more/run.log"));
+    nlohmann::json of_more = metrics("more");
+    of_more["threads"] = 1;
+    EXPECT_EQ(metrics("one"), of_more);
+  }
+}
+
+/// A frame in work when the signal comes is ended, and saved.
+TEST_P(Resume, NoFrameIsLostToASignal) {
+  const RunResult stopped = run("parts", false, 3, false, 2);
+  EXPECT_TRUE(stopped.interrupted);
+  EXPECT_EQ(4, metrics("parts")["frames"]);
+  EXPECT_EQ(4u, nlohmann::json::parse(stopped.metrics_json)["frames"]);
 }
 
 INSTANTIATE_TEST_SUITE_P(

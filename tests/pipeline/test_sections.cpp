@@ -137,6 +137,26 @@ TEST(Sections, FrontEndAndTheRestInTwoPipelinesEqualOne) {
             seen_by_stages);
 }
 
+TEST(Sections, FramesCanBeSensedAheadOfTheMap) {
+  Pipeline pipeline = parsedPipeline();
+  EXPECT_FALSE(pipeline.hasBegun());
+  std::vector<Frame> first = pipeline.sense(frameOf(0));
+  EXPECT_TRUE(pipeline.hasBegun());
+  ASSERT_EQ(1u, first.size());
+  EXPECT_EQ("points 0", seen_by_stages.back());
+  EXPECT_EQ(nullptr, first[0].map);
+  seen_by_stages.clear();
+  Frame next = frameOf(1);
+  pipeline.prepare(next);
+  EXPECT_EQ("images 1", seen_by_stages.back());
+  std::vector<Frame> second = pipeline.sense(next);
+  EXPECT_EQ("", pipeline.integrate(first[0]).skip_reason);
+  EXPECT_EQ("", pipeline.integrate(second[0]).skip_reason);
+  EXPECT_EQ((Notes{"images 1", "features 1", "motion 1", "points 1", "map 0", "map 1"}),
+            seen_by_stages);
+  EXPECT_EQ(&pipeline.map(), second[0].map);
+}
+
 /// A given pose needs no features; for another process they are found all the same.
 TEST(Sections, FeaturesAreFoundOnlyWhereAStageUsesThem) {
   Pipeline pipeline = parsedPipeline();
@@ -189,6 +209,9 @@ TEST(Sections, SameImageTwiceIsAFrozenCamera) {
   EXPECT_NE(std::string::npos, pipeline.process(same).skip_reason.find("frozen"));
   EXPECT_EQ("", pipeline.process(other).skip_reason);
   EXPECT_EQ("", pipeline.process(back).skip_reason);
+  Frame prepared = frameOf(4, 50);
+  pipeline.prepare(prepared);
+  EXPECT_NE(std::string::npos, pipeline.process(prepared).skip_reason.find("frozen"));
 }
 
 TEST(Sections, SameImageWithOtherDepthsIsNoFrozenCamera) {

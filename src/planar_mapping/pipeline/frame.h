@@ -57,6 +57,7 @@ struct Frame {
   std::optional<Pose> given_pose;
   /// The pose of the cloud is only assumed: its file has none.
   bool pose_assumed = false;
+  bool is_prepared = false;  ///< Pipeline::prepare() has seen it
   /// The stages up to Features were run on it by another process; they are not run again.
   bool front_end_done = false;
   bool is_last = false;  ///< of its input, where that is known
@@ -95,10 +96,11 @@ struct Frame {
   std::size_t features = 0;                ///< followed by kl_occupancy
   std::size_t matches = 0;                 ///< of those, seen before
   std::size_t inliers = 0;                 ///< matches that agree with the motion (Motion stage)
-  PlanarMap* map = nullptr;                ///< the map this frame goes to
+  PlanarMap* map = nullptr;                ///< it goes to; for stages of kind Beliefs and Map alone
   bool inserted = false;                   ///< into the map
   FrameUpdate update;                      ///< what the insertion did
   std::vector<FrameStatistic> statistics;  ///< of the stages, for frames.csv
+  double sensing_ms = 0.0;                 ///< of Pipeline::prepare() and sense()
   std::vector<double> stage_ms;            ///< of the stages so far, as the configuration has them
   std::vector<std::size_t> stage_removed;  ///< points that each of them removed, ground apart
   std::vector<std::string> notes;          ///< for run.log

@@ -14,7 +14,8 @@
 
 namespace planar_mapping {
 
-/// Where the frames of a run come from: files, or a front-end in another process. From one thread.
+/// Where the frames of a run come from: files, or a front-end in another process. One call at a
+/// time.
 class PLANAR_MAPPING_EXPORT FrameSource {
  public:
   virtual ~FrameSource();

@@ -131,7 +131,8 @@ std::string Parameter::allowed() const {
     case ParameterType::Text:
       return "text" + end;
     case ParameterType::Vector:
-      return "three numbers [x, y, z], not all zero" + end;
+      return (isPoint() ? "three numbers [x, y, z]" : "three numbers [x, y, z], not all zero") +
+             end;
     case ParameterType::Word:
       break;
   }

@@ -56,6 +56,8 @@ struct Parameter {
 
   /// "m", "deg", "s", "px" or "" from the suffix of the name.
   PLANAR_MAPPING_EXPORT std::string unit() const;
+  /// Whether a vector is a place, which may be the origin, and not a direction.
+  bool isPoint() const { return unit() == "m"; }
   /// What may be written: "> 0 m", "true or false", "a, b or c".
   PLANAR_MAPPING_EXPORT std::string allowed() const;
 };

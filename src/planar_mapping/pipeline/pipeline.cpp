@@ -105,9 +105,33 @@ Pipeline::Pipeline(Configuration configuration)
     : configuration_(std::move(configuration)),
       front_end_size_(sizeThrough(configuration_, {StageKind::Images, StageKind::Features})),
       sensing_size_(std::max(front_end_size_, sizeThrough(configuration_, {StageKind::Motion}))),
-      is_adapted_(sensing_size_, false) {}
+      integration_(std::max(
+          sensing_size_,
+          sizeThrough(configuration_, {StageKind::Points, StageKind::Planes, StageKind::Any}))),
+      is_adapted_(sensing_size_, 0) {
+  const auto& stages = configuration_.stages;
+  while (images_size_ < front_end_size_ && stages[images_size_].kind == StageKind::Images)
+    ++images_size_;
+}
 
 FrameReport Pipeline::process(Frame& frame) {
+  std::vector<Frame> placed = runSensing(frame);
+  const FrameReport result = integrate(frame);
+  for (Frame& one : placed) {
+    const FrameReport report = integrate(one);
+    placed_again_.emplace_back(std::move(one), report);
+  }
+  return result;
+}
+
+std::vector<Frame> Pipeline::sense(Frame frame) {
+  std::vector<Frame> placed = runSensing(frame);
+  placed.insert(placed.begin(), std::move(frame));
+  return placed;
+}
+
+/// \return frames that it helped to place
+std::vector<Frame> Pipeline::runSensing(Frame& frame) {
   const Clock::time_point start = Clock::now();
   if (!frame.front_end_done) runFrontEnd(frame, false);  // dense cloud, key features (III-B)
   if (!usesKeyFeatures(frame, 0)) frame.key_features.clear();
@@ -120,14 +144,24 @@ FrameReport Pipeline::process(Frame& frame) {
     frame.skip_reason = "hardly any pixel of its image has a depth (" +
                         std::to_string(frame.points_valid) + "); the map begins with another";
   runMotion(frame);   // its pose (Eq. 8)
-  runMapping(frame);  // ground, planes (III-C), beliefs (III-D, E), cuboids (III-F), map (IV)
+  runMapping(frame);  // ground, planes (III-C)
+  std::vector<Frame> placed;
   if (frame.skip_reason.empty()) {
-    tryAgain();
+    placed = tryAgain();
   } else if (waits || (is_usable && has_begun_ && hasStage(StageKind::Motion))) {
     keepForLater(frame, statistics);
   }
+  frame.sensing_ms += millisecondsSince(start);
+  return placed;
+}
+
+/// Beliefs (III-D, E), cuboids (III-F), map (IV).
+FrameReport Pipeline::integrate(Frame& frame) {
+  const Clock::time_point start = Clock::now();
+  frame.map = &map_;
+  for (std::size_t i = integration_; i < configuration_.stages.size(); ++i) runStage(i, frame);
   FrameReport result = report(frame);
-  result.frame_ms = millisecondsSince(start);
+  result.frame_ms = frame.sensing_ms + millisecondsSince(start);
   return result;
 }
 
@@ -139,21 +173,35 @@ FrameReport Pipeline::processFrontEnd(Frame& frame) {
   return result;
 }
 
-/// \param for_others  another process does the rest: it may use key features
-void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
+void Pipeline::checkPictures(Frame& frame) {
   const std::uint64_t pictures = pictureFingerprint(frame);
   if (pictures != 0 && pictures == last_pictures_ && frame.skip_reason.empty())
     frame.skip_reason =
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";
   if (pictures != 0) last_pictures_ = pictures;
+}
+
+void Pipeline::prepare(Frame& frame) {
+  if (frame.front_end_done) return;
+  const Clock::time_point start = Clock::now();
+  checkPictures(frame);
+  for (std::size_t i = 0; i < images_size_; ++i) runStage(i, frame);
+  frame.is_prepared = true;
+  frame.sensing_ms = millisecondsSince(start);
+}
+
+/// \param for_others  another process does the rest: it may use key features
+void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
+  if (!frame.is_prepared) checkPictures(frame);
   const bool with_features = for_others || usesKeyFeatures(frame, 0);
   const auto runs = [&](const ConfiguredStage& stage) {
     return stage.enabled && (with_features || stage.kind != StageKind::Features);
   };
   const auto& stages = configuration_.stages;
-  for (std::size_t i = 0; i < front_end_size_ && frame.skip_reason.empty(); ++i)
+  const std::size_t first = frame.is_prepared ? images_size_ : 0;
+  for (std::size_t i = first; i < front_end_size_ && frame.skip_reason.empty(); ++i)
     if (runs(stages[i])) stages[i].stage->begin(frame);
-  for (std::size_t i = 0; i < front_end_size_; ++i)
+  for (std::size_t i = first; i < front_end_size_; ++i)
     if (runs(stages[i])) runStage(i, frame);
   frame.front_end_done = true;
 }
@@ -168,7 +216,6 @@ void Pipeline::findUsablePoints(Frame& frame) const {
 }
 
 void Pipeline::runMotion(Frame& frame) {
-  frame.map = &map_;
   if (frame.images_changed) left_out_.clear();  // their images are aligned as before
   for (std::size_t i = front_end_size_; i < sensing_size_; ++i) {
     runStage(i, frame);
@@ -187,7 +234,7 @@ void Pipeline::runMapping(Frame& frame) {
     if (!configuration_.settings.up) detail::findVertical(mean_up_, scale, frame);
     beginMap(frame, scale);
   }
-  for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
+  for (std::size_t i = sensing_size_; i < integration_; ++i) runStage(i, frame);
 }
 
 void Pipeline::runStage(std::size_t index, Frame& frame) {
@@ -196,9 +243,9 @@ void Pipeline::runStage(std::size_t index, Frame& frame) {
   frame.stage_removed.resize(configuration_.stages.size(), 0);
   if (!frame.skip_reason.empty() || !configured.enabled) return;
   const Clock::time_point start = Clock::now();
-  if (index < sensing_size_ && !is_adapted_[index]) {
+  if (index < sensing_size_ && is_adapted_[index] == 0) {
     adaptStage(configured, knownScale(frame), frame.source);
-    is_adapted_[index] = true;
+    is_adapted_[index] = 1;
   }
   const std::size_t points = pointsLeft(frame);
   try {
@@ -307,9 +354,10 @@ void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
 
 /// The latest first: it sees most of what the frame that was placed sees, and the one before it
 /// most of what it sees.
-void Pipeline::tryAgain() {
+std::vector<Frame> Pipeline::tryAgain() {
   constexpr int kMaxAttempts = 3;
   std::vector<LeftOut> waiting;
+  std::vector<Frame> placed;
   for (std::size_t i = left_out_.size(); i-- > 0;) {
     LeftOut& left_out = left_out_[i];
     Frame frame = left_out.frame;
@@ -318,13 +366,13 @@ void Pipeline::tryAgain() {
     runMotion(frame);
     runMapping(frame);
     if (frame.skip_reason.empty()) {
-      const FrameReport placed = report(frame);
-      placed_again_.emplace_back(std::move(frame), placed);
+      placed.push_back(std::move(frame));
     } else if (++left_out.attempts < kMaxAttempts) {
       waiting.insert(waiting.begin(), std::move(left_out));
     }
   }
   left_out_ = std::move(waiting);
+  return placed;
 }
 
 std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {

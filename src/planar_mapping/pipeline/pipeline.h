@@ -72,6 +72,17 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// \throws InputError, ParameterError; the map is then as the stage left it
   FrameReport process(Frame& frame);
 
+  /// process() in three parts, each of which one thread may run while others run the other parts of
+  /// other frames: prepare(), which may be left out, runs Images stages, sense() the stages up to
+  /// the last one that is neither for beliefs nor for the map, integrate() the rest. Frames pass
+  /// each part in the same order. As long as hasBegun() is false only one part may run.
+  void prepare(Frame& frame);
+  /// \return the frame, then those that it helped to place (Frame::again), all to be integrated
+  std::vector<Frame> sense(Frame frame);
+  FrameReport integrate(Frame& frame);
+  /// Whether the map has: a frame got as far as the stages for points.
+  bool hasBegun() const { return has_begun_; }
+
   /// The front-end alone, for a process that hands the frame on; process() of the same
   /// configuration, in this or another process, does the rest.
   FrameReport processFrontEnd(Frame& frame);
@@ -88,10 +99,12 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   bool hasStage(StageKind kind) const;
 
  private:
+  void checkPictures(Frame& frame);
   void runFrontEnd(Frame& frame, bool for_others);
   void findUsablePoints(Frame& frame) const;
   void runMotion(Frame& frame);
   void runMapping(Frame& frame);
+  std::vector<Frame> runSensing(Frame& frame);
   void runStage(std::size_t index, Frame& frame);
   bool usesKeyFeatures(const Frame& frame, std::size_t first) const;
   std::optional<double> givenResolution() const;
@@ -100,15 +113,17 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void moveToOrigin(Frame& frame);
   bool waitsForMore(const Frame& frame) const;
   void keepForLater(const Frame& frame, std::size_t statistics);
-  void tryAgain();
+  std::vector<Frame> tryAgain();
   FrameReport report(const Frame& frame);
 
   Configuration configuration_;
   PlanarMap map_;
+  std::size_t images_size_ = 0;      ///< stages before the first that is no Images stage
   std::size_t front_end_size_ = 0;   ///< stages through the last Images or Features stage
   std::size_t sensing_size_ = 0;     ///< and through the last Motion stage
+  std::size_t integration_ = 0;      ///< the first of the stages that integrate() runs
   std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
-  std::vector<bool> is_adapted_;     ///< of the stages of sections 1 and 2
+  std::vector<char> is_adapted_;     ///< of the stages of sections 1 and 2
   bool has_begun_ = false;           ///< the map; the stages of section 3 are adapted
   std::optional<ImagesUp> mean_up_;  ///< of the images of all given poses
   std::optional<Vector3> origin_;    ///< PlanarMapParams::origin, once there was a pose

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
@@ -118,59 +120,119 @@ class Run {
 
   void processFrames() {
     next_checkpoint_ = Clock::now() + secondsOf(options_.checkpoint_s);
-    for (;;) {
-      if (!stopRequested()) {
-        const Clock::time_point start = Clock::now();
-        std::optional<Frame> frame = source_.next();
-        const std::chrono::duration<double, std::milli> read = Clock::now() - start;
-        if (frame) {
-          processFrame(std::move(*frame), read.count());
-          checkpoint();
-          continue;
-        }
+    try {
+      while (!stopRequested()) {
+        Read read = ahead_.valid() ? ahead_.get() : readFrame(false);
+        if (!read.frame) break;
+        if (worksAhead())
+          ahead_ = std::async(std::launch::async, [this] { return readFrame(true); });
+        processFrame(std::move(*read.frame), read.ms);
+        checkpoint();
       }
-      const std::optional<std::size_t> all = source_.size();
-      // A signal after the last frame came too late to matter.
-      result_.interrupted = stopRequested() && statistics_.frames() != all;
-      if (result_.interrupted) {
-        log("interrupted after " + std::to_string(statistics_.frames()) +
-            (all ? " of " + std::to_string(*all) : std::string()) + " frames");
-      }
-      return;
+    } catch (...) {
+      if (ahead_.valid()) ahead_.wait();
+      finishFrame();
+      throw;
     }
+    if (ahead_.valid()) ahead_.wait();
+    finishFrame();
+    const std::optional<std::size_t> all = source_.size();
+    // A signal after the last frame came too late to matter.
+    result_.interrupted = stopRequested() && statistics_.frames() != all;
+    if (!result_.interrupted) return;
+    log("interrupted after " + std::to_string(statistics_.frames()) +
+        (all ? " of " + std::to_string(*all) : std::string()) + " frames");
   }
+
+  /// Whether a frame is read and its images are matched, another one sensed, and one integrated at
+  /// the same time: with more than one thread, where the frames are there already.
+  bool worksAhead() const {
+    return source_.size() && pipeline_.hasBegun() &&
+           resolveThreads(pipeline_.configuration().settings.threads) > 1;
+  }
+
+  struct Read {
+    std::optional<Frame> frame;
+    double ms = 0.0;
+  };
+  Read readFrame(bool ahead) {
+    const Clock::time_point start = Clock::now();
+    Read read;
+    read.frame = source_.next();
+    read.ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (ahead && read.frame) pipeline_.prepare(*read.frame);
+    return read;
+  }
+
+  /// A frame and what became of it.
+  struct Processed {
+    Frame frame;
+    FrameReport report;
+  };
 
   void processFrame(Frame frame, double read_ms) {
     checkTimestamp(frame);
-    FrameReport report = pipeline_.process(frame);
-    report.read_ms = read_ms;
-    if (frame.without_sensor && !warned_of_sensor_) {
-      warned_of_sensor_ = true;
-      frame.warnings.push_back(
-          frame.source +
-          ": coordinates of the world in place of a sensor's: where the sensor "
-          "stood is not known, so that no space is known to be free; if you know: --origin x,y,z");
+    std::vector<Frame> sensed = pipeline_.sense(std::move(frame));
+    finishFrame();
+    const bool ahead = worksAhead();
+    at_work_ = std::async(ahead ? std::launch::async : std::launch::deferred,
+                          [this, read_ms, frames = std::move(sensed)]() mutable {
+                            return integrate(std::move(frames), read_ms);
+                          });
+    if (!ahead) finishFrame();
+  }
+
+  std::vector<Processed> integrate(std::vector<Frame> frames, double read_ms) {
+    std::vector<Processed> done;
+    for (Frame& frame : frames) {
+      FrameReport report = pipeline_.integrate(frame);
+      if (frame.again) {
+        statistics_.addAgain(report, frame, pipeline_.map());
+      } else {
+        report.read_ms = read_ms;
+        statistics_.add(report, frame, pipeline_.map());
+      }
+      done.push_back({std::move(frame), std::move(report)});
     }
-    if (frame.pose_assumed && report.skip_reason.empty() && statistics_.usedFrames() == 1 &&
-        frame.T_world_sensor.matrix() == Pose::Identity().matrix())
-      frame.warnings.push_back(
-          frame.source +
-          ": no VIEWPOINT, like the cloud before: both are taken to be seen from the same place; "
-          "--poses FILE says where the sensor was, --set motion_estimation.enabled=true finds it");
+    return done;
+  }
+
+  /// Waits for the frame that is being integrated, and says what became of it.
+  void finishFrame() {
+    if (!at_work_.valid()) return;
+    for (Processed& done : at_work_.get()) {
+      if (done.frame.again) {
+        log(nameOf(done.report) + "found its place after all");
+      } else {
+        reportOn(done.frame, done.report);
+      }
+    }
+  }
+
+  static std::string nameOf(const FrameReport& report) {
+    return "frame " + std::to_string(report.number) + " " + report.source + ": ";
+  }
+
+  void reportOn(const Frame& frame, const FrameReport& report) {
     for (const std::string& note : frame.notes) log(note);
     for (const std::string& warning : frame.warnings) warn(warning);
-    statistics_.add(report, frame, pipeline_.map());
-    const std::string name = "frame " + std::to_string(report.number) + " " + report.source + ": ";
-    if (report.skip_reason.empty()) {
-      log(name + std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
-          " planes, " + std::to_string(report.cuboids) + " cuboids");
-    } else {
-      log(name + "left out: " + report.skip_reason);
+    if (frame.without_sensor && !warned_of_sensor_) {
+      warned_of_sensor_ = true;
+      warn(frame.source +
+           ": coordinates of the world in place of a sensor's: where the sensor "
+           "stood is not known, so that no space is known to be free; if you know: --origin x,y,z");
     }
-    for (const auto& [placed, placed_report] : pipeline_.takePlacedAgain()) {
-      statistics_.addAgain(placed_report, placed, pipeline_.map());
-      log("frame " + std::to_string(placed_report.number) + " " + placed_report.source +
-          ": found its place after all");
+    if (frame.pose_assumed && report.skip_reason.empty() && statistics_.usedFrames() == 2 &&
+        frame.T_world_sensor.matrix() == Pose::Identity().matrix())
+      warn(frame.source +
+           ": no VIEWPOINT, like the cloud before: both are taken to be seen from the same place; "
+           "--poses FILE says where the sensor was, --set motion_estimation.enabled=true finds it");
+    if (report.skip_reason.empty()) {
+      log(nameOf(report) + std::to_string(report.points_valid) + " points, " +
+          std::to_string(report.planes) + " planes, " + std::to_string(report.cuboids) +
+          " cuboids");
+    } else {
+      log(nameOf(report) + "left out: " + report.skip_reason);
     }
     if (options_.progress)
       options_.progress(statistics_.frames(), source_.size().value_or(0), report);
@@ -193,7 +255,9 @@ class Run {
   void checkpoint() {
     constexpr double kOtherWork = 9.0;  // times that of saving
     const Clock::time_point start = Clock::now();
-    if (start < next_checkpoint_ || statistics_.usedFrames() == 0 || !mayReplace()) return;
+    if (start < next_checkpoint_) return;
+    finishFrame();
+    if (statistics_.usedFrames() == 0 || !mayReplace()) return;
     try {
       save(true);
     } catch (const OutputError& error) {
@@ -284,6 +348,8 @@ class Run {
   bool warned_of_sensor_ = false;
   Clock::time_point next_checkpoint_;
   RunResult result_;
+  std::future<std::vector<Processed>> at_work_;  ///< the frame that is being integrated
+  std::future<Read> ahead_;                      ///< the next frame
 };
 
 /// Paths made absolute, so that config.resolved.yaml works from anywhere.

@@ -66,7 +66,8 @@ bool readVector(const Parameter& parameter, const YAML::Node& node, ParameterVal
     sound = item.IsScalar() && isPlain(item) && parseNumber(item.Scalar(), vector[i]);
   }
   if (!sound) return reportType(parameter, node, "three numbers [x, y, z]", report);
-  if (!(vector.norm() > 0.0)) return reportRange(parameter, "[0, 0, 0]", report);
+  if (!parameter.isPoint() && !(vector.norm() > 0.0))
+    return reportRange(parameter, "[0, 0, 0]", report);
   value = vector;
   return true;
 }
