@@ -16,10 +16,14 @@ namespace fs = std::filesystem;
 /// How long another program may take for what it is at, milliseconds.
 constexpr int kPatience = 1000;
 
+/// No transaction waits beside the file, in either of SQLite's ways.
 bool isWithoutLog(const std::string& path) {
   std::error_code error;
-  const std::uintmax_t size = fs::file_size(path + "-wal", error);
-  return error || size == 0;
+  for (const char* end : {"-wal", "-journal"}) {
+    const std::uintmax_t size = fs::file_size(path + end, error);
+    if (!error && size > 0) return false;
+  }
+  return true;
 }
 
 /// As a URI, in which a few characters have a meaning.
@@ -50,16 +54,16 @@ SqliteFile::SqliteFile(std::string path, SqliteMode mode) : path_(std::move(path
   if (type == fs::file_type::not_found) throw IoError(path_, "no such file");
   if (type == fs::file_type::directory) throw IoError(path_, "is a directory, no atlas");
   if (type != fs::file_type::regular) throw IoError(path_, "is not a file that can be read");
-  const bool writes = mode == SqliteMode::Write;
-  open(writes ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY, false);
-  if (writes) {
+  open(SQLITE_OPEN_READWRITE, false);  // readers too: they tidy up after a crash
+  if (mode == SqliteMode::Write) {
     if (sqlite3_db_readonly(handle_, "main") == 1) fail(SQLITE_READONLY);
     return;
   }
+  execute("PRAGMA query_only = ON");
   // A file in a folder that cannot be written, left in write-ahead mode: nobody can change it.
-  if (sqlite3_exec(handle_, "SELECT count(*) FROM sqlite_schema", nullptr, nullptr, nullptr) ==
-          SQLITE_CANTOPEN &&
-      isWithoutLog(path_)) {
+  const int code =
+      sqlite3_exec(handle_, "SELECT count(*) FROM sqlite_schema", nullptr, nullptr, nullptr) & 0xff;
+  if ((code == SQLITE_CANTOPEN || code == SQLITE_READONLY) && isWithoutLog(path_)) {
     sqlite3_close(std::exchange(handle_, nullptr));
     open(SQLITE_OPEN_READONLY, true);
   }
@@ -139,12 +143,13 @@ void SqliteFile::fail(int code) const {
       throw IoError(path_, "cannot be written: the disk is full" + kept);
     case SQLITE_READONLY:
     case SQLITE_PERM:
-      throw IoError(path_, "cannot be written: the file or its folder is read-only");
     case SQLITE_CANTOPEN:
-      throw IoError(path_, isWithoutLog(path_)
-                               ? "cannot be opened: " + reason
-                               : "was not closed, and its folder is read-only: copy it with " +
-                                     path_ + "-wal to where both can be written");
+      if (mode_ == SqliteMode::Read && !isWithoutLog(path_))
+        throw IoError(path_,
+                      "was not closed, and it or its folder is read-only: copy it with what lies "
+                      "beside it (-wal, -journal) to where it can be written");
+      if ((code & 0xff) == SQLITE_CANTOPEN) throw IoError(path_, "cannot be opened: " + reason);
+      throw IoError(path_, "cannot be written: the file or its folder is read-only");
     case SQLITE_IOERR:
       throw IoError(path_, (mode_ == SqliteMode::Write ? "cannot be written: " + reason + kept
                                                        : "cannot be read: " + reason));

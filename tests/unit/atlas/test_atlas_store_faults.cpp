@@ -106,7 +106,7 @@ TEST_F(AtlasFaults, FilesCutShortOrDamagedAreRefusedOrRead) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, 250);
+  EXPECT_GT(refused, 150);  // maps are most of it, and have checksums
 }
 
 TEST_F(AtlasFaults, RowsThatAreNotSoundAreNamed) {
@@ -164,7 +164,7 @@ class AsNobody {
  public:
   AsNobody() { is_root_ = ::geteuid() == 0 && ::seteuid(65534) == 0; }
   ~AsNobody() {
-    if (is_root_) EXPECT_EQ(0, ::seteuid(0));
+    if (is_root_ && ::seteuid(0) != 0) ADD_FAILURE();
   }
 
  private:
@@ -195,7 +195,7 @@ TEST_F(AtlasFaults, WhereNothingCanBeWrittenItIsReadOnly) {
   fs::permissions(directory_.path(), fs::perms(0555));
   {
     const AsNobody nobody;
-    expectUnreadable("copy it with " + path_ + "-wal");
+    expectUnreadable("was not closed, and it or its folder is read-only");
   }
   fs::permissions(directory_.path(), fs::perms(0755));
 }
