@@ -30,7 +30,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 struct AtlasArguments {
-  std::vector<std::string> files;  ///< one, but for merge
+  std::string file;
+  std::vector<std::string> files;  ///< of merge
   std::string output;
   std::vector<std::int64_t> without_loops, with_loops;
   std::optional<std::int64_t> component;
@@ -38,7 +39,6 @@ struct AtlasArguments {
   bool json = false;
   bool force = false;
 
-  const std::string& file() const { return files.front(); }
   io::Overwrite overwrite() const { return force ? io::Overwrite::Allow : io::Overwrite::Refuse; }
 };
 
@@ -191,12 +191,12 @@ void setStates(AtlasData& data, const std::vector<std::int64_t>& loops, LinkStat
 
 /// Refuses and takes back loops, solves, and writes all of that at once.
 void solve(const AtlasArguments& arguments) {
-  AtlasStore::open(arguments.file());  // what cannot be read is no fault of writing
+  AtlasStore::open(arguments.file);  // what cannot be read is no fault of writing
   std::optional<AtlasStore> store;
-  writeResults([&]() { store = AtlasStore::open(arguments.file(), AtlasAccess::Write); });
+  writeResults([&]() { store = AtlasStore::open(arguments.file, AtlasAccess::Write); });
   AtlasData data = store->load(0);
-  setStates(data, arguments.without_loops, LinkState::Refused, arguments.file());
-  setStates(data, arguments.with_loops, LinkState::Used, arguments.file());
+  setStates(data, arguments.without_loops, LinkState::Refused, arguments.file);
+  setStates(data, arguments.with_loops, LinkState::Used, arguments.file);
   const PoseGraphResult result = solvePoseGraph(data);
   writeResults([&]() { store->update(data); });
   const Json answer = {{"moved", result.moved},
@@ -215,15 +215,15 @@ void solve(const AtlasArguments& arguments) {
 /// The component that was asked for; else that of the first submap, with a note if there are more.
 std::int64_t chosenComponent(const AtlasData& data, const AtlasArguments& arguments) {
   const std::vector<std::int64_t> components = componentsOf(data);
-  if (components.empty()) throw InputError(arguments.file() + ": has no submaps");
+  if (components.empty()) throw InputError(arguments.file + ": has no submaps");
   if (arguments.component) {
     if (std::find(components.begin(), components.end(), *arguments.component) == components.end())
-      throw UsageError(arguments.file() + ": has no component " +
+      throw UsageError(arguments.file + ": has no component " +
                        std::to_string(*arguments.component) + "; planar_map atlas info lists them");
     return *arguments.component;
   }
   if (components.size() > 1)
-    std::cerr << "planar_map: note: " << arguments.file() << " has " << components.size()
+    std::cerr << "planar_map: note: " << arguments.file << " has " << components.size()
               << " components; this is the first, --component writes others\n";
   return components.front();
 }
@@ -259,7 +259,7 @@ void exportAtlas(const AtlasArguments& arguments) {
                      ": is no *.pmap (the map), *.txt (poses of keyframes) or folder/ (their "
                      "thumbnails); planar_map convert makes other formats of a map");
   if (!is_folder) requireNew(output, arguments.force);
-  const AtlasData data = read(arguments.file());
+  const AtlasData data = read(arguments.file);
   if (is_folder) {
     if (arguments.component) chosenComponent(data, arguments);
     return exportThumbnails(data, arguments);
@@ -273,7 +273,7 @@ void exportAtlas(const AtlasArguments& arguments) {
     try {
       return joinSubmaps(data, component);
     } catch (const InputError& error) {
-      throw InputError(arguments.file() + ": " + error.what());
+      throw InputError(arguments.file + ": " + error.what());
     }
   }();
   writeResults([&]() { io::saveMap(map, output, arguments.overwrite()); });
@@ -288,7 +288,7 @@ void mergeFiles(const AtlasArguments& arguments) {
 }
 
 void split(const AtlasArguments& arguments) {
-  const AtlasData data = read(arguments.file());
+  const AtlasData data = read(arguments.file);
   std::vector<std::pair<std::string, AtlasData>> parts;
   const auto add = [&](std::int64_t number, const std::function<bool(const Submap&)>& kept) {
     const std::string name = arguments.by + "_" + std::to_string(number) + ".atlas";
@@ -340,7 +340,7 @@ void addAtlasCommand(CLI::App& app, int&) {
     return command;
   };
   const auto addFile = [&](CLI::App* command) {
-    command->add_option("file", arguments->files, "Atlas (*.atlas)")->required()->expected(1);
+    command->add_option("file", arguments->file, "Atlas (*.atlas)")->required();
   };
   const auto addJson = [&](CLI::App* command) {
     command->add_flag("--json", arguments->json, "For machines");
@@ -352,14 +352,13 @@ void addAtlasCommand(CLI::App& app, int&) {
 
   auto* info =
       add("info", "Its sessions, submaps, keyframes, links and components",
-          [](const AtlasArguments& given) { tell(given.json, infoOf(given.file()), printInfo); });
+          [](const AtlasArguments& given) { tell(given.json, infoOf(given.file), printInfo); });
   addFile(info);
   addJson(info);
 
-  auto* loops = add("loops", "Its loops: submaps, frames, evidence, residual, state",
-                    [](const AtlasArguments& given) {
-                      tell(given.json, loopsOf(read(given.file())), printLoops);
-                    });
+  auto* loops = add(
+      "loops", "Its loops: submaps, frames, evidence, residual, state",
+      [](const AtlasArguments& given) { tell(given.json, loopsOf(read(given.file)), printLoops); });
   addFile(loops);
   addJson(loops);
 
