@@ -5,12 +5,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "atlas_scene.h"
 #include "cli_fixture.h"
 #include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_store.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/pose_file.h"
+#include "tests/unit/atlas/atlas_scene.h"
 
 namespace planar_mapping {
 namespace {
