@@ -114,6 +114,8 @@ Json infoOf(const std::string& given, const io::SequenceOptions& options) {
     if (ending == ".pcd" || ending == ".ply" || ending == ".bin")
       return cloudInfo(path, options.scale);
     if (ending == ".pmap" || !fs::exists(path, ignored)) throw;
+    if (ending == ".atlas")
+      throw IoError(path, "is an atlas: planar_map atlas info tells what it holds");
     throw IoError(path,
                   "is neither a map (.pmap) nor a cloud (PCD, PLY, KITTI) nor a sequence folder");
   }

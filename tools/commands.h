@@ -44,7 +44,7 @@ using AddCommand = void(CLI::App& app, int& exit_code);
 AddCommand addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand, addConfigCommand,
     addStagesCommand, addInfoCommand, addQueryCommand, addConvertCommand, addReportCommand,
     addMergeCommand, addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand,
-    addEvaluateCommand;
+    addEvaluateCommand, addAtlasCommand;
 
 /// A program that was built or installed beside this one.
 struct Companion {

@@ -53,6 +53,9 @@ void addExamples(CLI::App& app) {
         "convert out/map.pmap map.pmap --finished"}},
       {"report", {"report out -o report.html"}},
       {"merge", {"merge monday.pmap tuesday.pmap -o both.pmap"}},
+      {"atlas",
+       {"atlas info building.atlas", "atlas solve building.atlas --without-loop 12",
+        "atlas export building.atlas map.pmap", "atlas merge a.atlas b.atlas -o both.atlas"}},
       {"compare", {"compare out/map.pmap other/map.pmap --threshold 0.02"}},
       {"simulate", {"simulate corridor --write images --frames 12 --step 0.2 -o scene"}},
       {"evaluate", {"evaluate evaluate.yaml --cells 0.1,0.2 -o out"}}};
@@ -82,6 +85,9 @@ int run(int argc, char** argv) {
         addEvaluateCommand}) {
     add(app, exit_code);
   }
+#if PLANAR_MAPPING_HAS_ATLAS
+  addAtlasCommand(app, exit_code);
+#endif
   addExamples(app);
   if (argc < 2) {
     std::cerr << app.help();

@@ -22,8 +22,8 @@ inline std::string suggestionFor(const CLI::App& app) {
   if (is_option) {
     for (const CLI::Option* option : command->get_options())
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  } else if (command == &app) {
-    for (const CLI::App* one : app.get_subcommands({})) known.push_back(one->get_name());
+  } else {
+    for (const CLI::App* one : command->get_subcommands({})) known.push_back(one->get_name());
   }
   return detail::didYouMean(word, known);
 }

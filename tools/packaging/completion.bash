@@ -5,6 +5,7 @@ _planar_map() {
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
     [[ $word == -* ]] || { command=$word; break; }
   done
+  [[ $command != atlas || $COMP_CWORD -le 2 || ${COMP_WORDS[2]} == -* ]] || command+=" ${COMP_WORDS[2]}"
   if [[ $current == = ]]; then
     current=""
   elif [[ ${COMP_WORDS[last-1]} == = ]]; then
@@ -22,9 +23,9 @@ _planar_map() {
       /^    [a-z]/ { print stage "." $1 }' | sed 's/:$/=/')
     compopt -o nospace 2>/dev/null
   elif [[ $current == -* ]]; then
-    words=$("$program" ${command:+"$command"} --help 2>/dev/null | sed -n 's/^ *\(-[^ ]*\).*/\1/p' | tr ',' '\n')
-  elif [[ -z $command && ${program##*/} == planar_map ]]; then
-    words=$("$program" --help 2>/dev/null | sed -n '/^Subcommands:/,$s/^  \([a-z]\+\) .*/\1/p')
+    words=$("$program" $command --help 2>/dev/null | sed -n 's/^ *\(-[^ ]*\).*/\1/p' | tr ',' '\n')
+  elif [[ ( -z $command || $command == atlas ) && ${program##*/} == planar_map ]]; then
+    words=$("$program" $command --help 2>/dev/null | sed -n '/^Subcommands:/,$s/^  \([a-z]\+\) .*/\1/p')
   else
     files=yes
     [[ $COMP_CWORD -eq 2 && $command == @(run|validate|evaluate) ]] &&

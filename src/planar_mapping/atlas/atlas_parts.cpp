@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/atlas/atlas_parts.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+#include "planar_mapping/base/disjoint_parts.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
+
+namespace planar_mapping {
+namespace {
+
+/// What used links join is a component, which has the lowest number of its submaps.
+void numberComponents(AtlasData& data) {
+  std::unordered_map<std::int64_t, std::uint32_t> index_of;
+  for (std::size_t i = 0; i < data.submaps.size(); ++i)
+    index_of[data.submaps[i].id] = static_cast<std::uint32_t>(i);
+  DisjointParts parts(data.submaps.size());
+  for (const Link& link : data.links) {
+    if (link.state == LinkState::Used)
+      parts.unite(index_of.at(link.from_submap), index_of.at(link.to_submap));
+  }
+  std::unordered_map<std::uint32_t, std::int64_t> lowest;
+  for (std::size_t i = 0; i < data.submaps.size(); ++i) {  // ascending
+    const std::uint32_t part = parts.of(static_cast<std::uint32_t>(i));
+    data.submaps[i].component = lowest.emplace(part, data.submaps[i].id).first->second;
+  }
+}
+
+template <typename Row>
+std::int64_t nextNumber(const std::vector<Row>& rows) {
+  return rows.empty() ? 0 : rows.back().id + 1;
+}
+
+}  // namespace
+
+std::vector<std::int64_t> componentsOf(const AtlasData& data) {
+  std::vector<std::int64_t> components;
+  for (const Submap& submap : data.submaps) components.push_back(submap.component);
+  detail::makeDistinct(components);
+  return components;
+}
+
+PlanarMap joinSubmaps(const AtlasData& data, std::int64_t component) {
+  PlanarMap joined;
+  const Submap* first = nullptr;
+  for (const Submap& submap : data.submaps) {
+    if (submap.component != component) continue;
+    const bool is_first = first == nullptr;
+    if (is_first) {
+      first = &submap;
+      joined = PlanarMap(submap.map->params());
+    }
+    try {
+      if (is_first && submap.T_world_submap.matrix() == Pose::Identity().matrix()) {
+        joined = *submap.map;
+      } else {
+        joined.merge(*submap.map, submap.T_world_submap);
+      }
+    } catch (const InputError& error) {
+      throw InputError("submap " + std::to_string(submap.id) + " does not fit to submap " +
+                       std::to_string(first->id) + ": " + error.what());
+    }
+  }
+  if (first == nullptr) throw InputError("there is no component " + std::to_string(component));
+  return joined;
+}
+
+std::vector<io::StampedPose> keyframePoses(const AtlasData& data, std::int64_t component) {
+  std::unordered_map<std::int64_t, const Submap*> submap_of;
+  for (const Submap& submap : data.submaps) submap_of[submap.id] = &submap;
+  std::vector<io::StampedPose> poses;
+  for (const Keyframe& keyframe : data.keyframes) {
+    const Submap& submap = *submap_of.at(keyframe.submap);
+    if (submap.component == component)
+      poses.push_back({keyframe.timestamp, submap.T_world_submap * keyframe.T_submap_keyframe});
+  }
+  return poses;
+}
+
+AtlasData partOf(const AtlasData& data, const std::function<bool(const Submap&)>& kept) {
+  AtlasData part;
+  std::set<std::int64_t> submaps, sessions;
+  for (const Submap& submap : data.submaps) {
+    if (!kept(submap)) continue;
+    part.submaps.push_back(submap);
+    submaps.insert(submap.id);
+    sessions.insert(submap.session);
+  }
+  const auto copyIf = [](const auto& rows, auto& copies, const auto& holds) {
+    std::copy_if(rows.begin(), rows.end(), std::back_inserter(copies), holds);
+  };
+  copyIf(data.sessions, part.sessions,
+         [&](const AtlasSession& session) { return sessions.count(session.id) > 0; });
+  copyIf(data.keyframes, part.keyframes,
+         [&](const Keyframe& keyframe) { return submaps.count(keyframe.submap) > 0; });
+  copyIf(data.links, part.links, [&](const Link& link) {
+    return submaps.count(link.from_submap) > 0 && submaps.count(link.to_submap) > 0;
+  });
+  numberComponents(part);
+  return part;
+}
+
+AtlasData mergeAtlases(const std::vector<AtlasData>& atlases) {
+  AtlasData merged;
+  for (const AtlasData& atlas : atlases) {
+    const std::int64_t session = nextNumber(merged.sessions);
+    const std::int64_t submap = nextNumber(merged.submaps);
+    const std::int64_t keyframe = nextNumber(merged.keyframes);
+    const std::int64_t link = nextNumber(merged.links);
+    for (AtlasSession row : atlas.sessions) {
+      row.id += session;
+      merged.sessions.push_back(std::move(row));
+    }
+    for (Submap row : atlas.submaps) {
+      row.id += submap;
+      row.session += session;
+      row.component += submap;
+      merged.submaps.push_back(std::move(row));
+    }
+    for (Keyframe row : atlas.keyframes) {
+      row.id += keyframe;
+      row.submap += submap;
+      merged.keyframes.push_back(std::move(row));
+    }
+    for (Link row : atlas.links) {
+      row.id += link;
+      row.from_submap += submap;
+      row.to_submap += submap;
+      if (row.from_keyframe >= 0) row.from_keyframe += keyframe;
+      if (row.to_keyframe >= 0) row.to_keyframe += keyframe;
+      merged.links.push_back(row);
+    }
+  }
+  return merged;
+}
+
+}  // namespace planar_mapping

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "planar_mapping/atlas/atlas_data.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/io/pose_file.h"
+
+namespace planar_mapping {
+
+/// The components, ascending.
+PLANAR_MAPPING_EXPORT std::vector<std::int64_t> componentsOf(const AtlasData& data);
+
+/// One map of the submaps of a component, in its world: merged in the order of their numbers.
+/// \throws InputError if there is no such component, or submaps do not fit together
+///         (PlanarMap::merge())
+PLANAR_MAPPING_EXPORT PlanarMap joinSubmaps(const AtlasData& data, std::int64_t component);
+
+/// T_world_keyframe of the keyframes of a component, in the order of their numbers.
+PLANAR_MAPPING_EXPORT std::vector<io::StampedPose> keyframePoses(const AtlasData& data,
+                                                                 std::int64_t component);
+
+/// The submaps that \p kept holds for, with their sessions, keyframes and the links among them.
+/// Numbers stay, but for components: what used links do not join any more are two.
+PLANAR_MAPPING_EXPORT AtlasData partOf(const AtlasData& data,
+                                       const std::function<bool(const Submap&)>& kept);
+
+/// One atlas of several: everything of the second is numbered on from what the first has, and so
+/// on. Components of different ones stay apart until links are found.
+PLANAR_MAPPING_EXPORT AtlasData mergeAtlases(const std::vector<AtlasData>& atlases);
+
+}  // namespace planar_mapping
