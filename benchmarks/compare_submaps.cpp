@@ -99,12 +99,14 @@ Session mapSession(Configuration configuration, std::size_t frames_per_submap) {
 }
 
 struct Figures {
-  std::size_t planes = 0, plane_cells = 0, cells = 0, cuboids = 0, unknown = 0;
+  std::size_t planes = 0, plane_cells = 0, cells = 0, cuboids = 0;
   double area = 0.0;  ///< of cuboids' largest faces, square metres
-  double free = 0.0, coverage = 0.0, cuboids_ms = 0.0;
+  double unknown = 0.0, free = 0.0, coverage = 0.0, cuboids_ms = 0.0;
 };
 
-Figures figuresOf(const PlanarMap& map, const std::vector<Vector3>& points) {
+/// \param whole  within whose bounds unknown space is counted
+Figures figuresOf(const PlanarMap& map, const PlanarMap& whole,
+                  const std::vector<Vector3>& points) {
   Figures f;
   const detail::MapData& data = detail::MapAccess::of(map).data;
   f.planes = data.planes.size();
@@ -118,10 +120,14 @@ Figures figuresOf(const PlanarMap& map, const std::vector<Vector3>& points) {
   const double start = now();
   f.cuboids = map.cuboids().size();
   f.cuboids_ms = now() - start;
-  f.unknown = map.unknownCells();
   const double side = data.unknownResolution();
+  Vector3 low = Vector3::Zero(), high = low;
+  whole.bounds(low, high);
   for (const Cuboid& cuboid : map.freeCuboids()) f.free += cuboid.size.prod();
+  for (const Cuboid& cuboid : map.spaceCuboids(CellState::Unknown, low, high))
+    f.unknown += cuboid.size.prod();
   f.free /= side * side * side;
+  f.unknown /= side * side * side;
   for (const Cuboid& cuboid : map.cuboids()) f.area += cuboid.size.prod() / cuboid.size.minCoeff();
   std::size_t covered = 0;
   for (const Vector3& point : points)
@@ -164,7 +170,7 @@ void print(const char* name, const Figures& f, const Figures& one, double merge_
   };
   std::printf(
       "%-16s planes %zu, plane cells %zu (%+.1f %%), clutter %zu (%+.1f %%), all cells "
-      "(%+.1f %%), cuboids %zu (%+.1f %%), area %.1f (%+.1f %%), coverage %.4f, unknown %zu "
+      "(%+.1f %%), cuboids %zu (%+.1f %%), area %.1f (%+.1f %%), coverage %.4f, unknown %.0f "
       "(%+.1f %%), free %.0f (%+.1f %%); join %.1f ms, cuboids %.0f ms\n",
       name, f.planes, f.plane_cells, percent(f.plane_cells, one.plane_cells), f.cells,
       percent(f.cells, one.cells), percent(f.cells + f.plane_cells, one.cells + one.plane_cells),
@@ -184,10 +190,10 @@ int run(int argc, char** argv) {
   const Session session = mapSession(std::move(configuration), static_cast<std::size_t>(frames));
   std::printf("%s: %zu frames in %zu submaps, cells of %.2f m\n", argv[2], session.whole.frames(),
               session.submaps.size(), session.whole.params().approximation.resolution);
-  const Figures one = figuresOf(session.whole, session.points);
+  const Figures one = figuresOf(session.whole, session.whole, session.points);
   print("one map", one, one, 0.0);
   const auto show = [&](const char* name, const PlanarMap& map, double ms) {
-    print(name, figuresOf(map, session.points), one, ms);
+    print(name, figuresOf(map, session.whole, session.points), one, ms);
     compareStates(session.whole, map);
   };
   show("in another order", session.other_order, 0.0);

@@ -94,24 +94,24 @@ void takeTrajectory(MapData& map, const MapData& other, const Pose& T) {
 }
 
 /// Rasters ride along with their planes: no cell is resampled. Those that lie on a plane of the map
-/// are joined with it.
-void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame) {
+/// are joined with it. \return those that are no planes of the map, but cells
+std::vector<PlaneLayer> takePlanes(MapData& map, const MapData& other, const Pose& T,
+                                   Frame& frame) {
+  std::vector<PlaneLayer> placed;
   for (PlaneLayer layer : other.planes) {
     const PlaneMoments moments = layer.moments().transformed(T);
-    PlaneFrame placed = layer.frame();
-    placed.origin = T * placed.origin;
-    placed.u = T.linear() * placed.u;
-    placed.n = T.linear() * placed.n;
-    layer.setFrame(placed);
+    PlaneFrame axes = layer.frame();
+    axes.origin = T * axes.origin;
+    axes.u = T.linear() * axes.u;
+    axes.n = T.linear() * axes.n;
+    layer.setFrame(axes);
     layer.setMoments(moments);
-    if (layer.bounds(map.resolution(), map.thickness()).isEmpty()) continue;
-    layer.id = map.next_plane_id++;
-    layer.raster.markAllDirty();
-    frame.hits.push_back({map.planes.size(), true, {}, {}});
-    map.planes.push_back(std::move(layer));
-    ++frame.update.planes_new;
+    if (!layer.bounds(map.resolution(), map.thickness()).isEmpty())
+      placed.push_back(std::move(layer));
   }
+  std::vector<PlaneLayer> loose = joinPlanes(map, std::move(placed), frame);
   mergePlanes(map, frame);
+  return loose;
 }
 
 /// What one cell of the other map brings to a cell of this one.
@@ -138,6 +138,23 @@ void takeCell(MapData& map, const TakenCell& taken, Frame& frame) {
   map.cells.markDirty(at, static_cast<std::uint32_t>(map.trajectory.size() - 1));
 }
 
+/// Takes a place that holds points.
+void takePoint(MapData& map, const Vector3& point, std::uint8_t belief, Frame& frame) {
+  const double s = map.resolution();
+  TakenCell taken;
+  taken.cell = cellAt(point, s);
+  taken.belief = belief;
+  int octant = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double offset = point[i] / s - std::floor(point[i] / s);
+    octant |= offset >= 0.5 ? 1 << i : 0;
+    taken.mean[static_cast<std::size_t>(i)] =
+        static_cast<std::uint8_t>(std::min(255.0, std::floor(256.0 * offset)));
+  }
+  taken.octants = static_cast<std::uint8_t>(1 << octant);
+  takeCell(map, taken, frame);
+}
+
 /// Where the parts of a cell that hold points come to lie: eighths by their middles, else the mean.
 void takeParts(MapData& map, const CellBlock& block, const Int3& cell, const Pose& T,
                Frame& frame) {
@@ -145,28 +162,15 @@ void takeParts(MapData& map, const CellBlock& block, const Int3& cell, const Pos
   const auto bit = static_cast<std::size_t>(CellLayer::bitOf(cell));
   const Vector3 corner(cell.x, cell.y, cell.z);
   const auto take = [&](const Vector3& part) {
-    const Vector3 point = T * Vector3(s * (corner + part));
-    TakenCell taken;
-    taken.cell = cellAt(point, s);
-    taken.belief = block.belief(bit);
-    int octant = 0;
-    for (int i = 0; i < 3; ++i) {
-      const double offset = point[i] / s - std::floor(point[i] / s);
-      octant |= offset >= 0.5 ? 1 << i : 0;
-      taken.mean[static_cast<std::size_t>(i)] =
-          static_cast<std::uint8_t>(std::min(255.0, std::floor(256.0 * offset)));
-    }
-    taken.octants = static_cast<std::uint8_t>(1 << octant);
-    takeCell(map, taken, frame);
+    takePoint(map, T * Vector3(s * (corner + part)), block.belief(bit), frame);
   };
   if (!map.isCompact()) {
     const CellBlock::Mean mean = block.mean(bit);
     return take((Vector3(mean[0], mean[1], mean[2]) + Vector3::Constant(0.5)) / 256.0);
   }
-  for (int i = 0; i < 8; ++i) {
-    if ((block.octants(bit) >> i & 1) == 0) continue;
-    take({0.25 + 0.5 * (i & 1), 0.25 + 0.5 * (i >> 1 & 1), 0.25 + 0.5 * (i >> 2)});
-  }
+  forEachBit(block.octants(bit), [&](std::size_t i) {
+    take({0.25 + 0.5 * (i & 1u), 0.25 + 0.5 * (i >> 1u & 1u), 0.25 + 0.5 * (i >> 2u)});
+  });
 }
 
 void takeCells(MapData& map, const MapData& other, const Pose& T, Frame& frame) {
@@ -188,16 +192,49 @@ void takeCells(MapData& map, const MapData& other, const Pose& T, Frame& frame) 
   });
 }
 
+/// Cells of a plane that is none of the map: the middles of the quarters of its cells.
+void takeLoose(MapData& map, const PlaneLayer& layer, Frame& frame) {
+  const double s = map.resolution();
+  layer.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
+    forEachBit(tile.occupied(), [&](std::size_t bit) {
+      for (int quarter = 0; quarter < 4; ++quarter) {
+        const double a = 8.0 * ta + static_cast<double>(bit & 7u) + 0.25 + 0.5 * (quarter & 1);
+        const double b = 8.0 * tb + static_cast<double>(bit >> 3u) + 0.25 + 0.5 * (quarter >> 1);
+        takePoint(map, layer.frame().fromPlane({a * s, b * s, 0.0}), tile.belief(bit), frame);
+      }
+    });
+  });
+}
+
+/// Where the planes and cells of a map lie, placed by a pose.
+Eigen::AlignedBox3d placedBounds(const MapData& map, const Pose& T) {
+  Eigen::AlignedBox3d bounds;
+  const auto include = [&](const Eigen::AlignedBox3d& box) {
+    for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner)
+      bounds.extend(T * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+  };
+  const double s = map.resolution();
+  for (const PlaneLayer& layer : map.planes) include(layer.bounds(s, map.thickness()));
+  map.cells.forEachBlock([&](const Int3& at, const CellBlock&) {
+    const Vector3 low = 4.0 * s * Vector3(at.x, at.y, at.z);
+    include({low, low + Vector3::Constant(4.0 * s)});
+  });
+  return bounds;
+}
+
 FrameUpdate take(MapData& map, const MapData& other, const Pose& T) {
   Frame frame;
   if (other.trajectory.empty()) return frame.update;
+  const bool is_first = map.trajectory.empty();
   std::optional<UnknownSpace> moved;  // first: it may be refused
   if (map.params.unknown_space && T.matrix() != Pose::Identity().matrix())
     moved = movedSpace(other.space, map.unknownResolution(), T);
   takeTrajectory(map, other, T);
   map.ground.add(other.ground, T, map.params.approximation.up.normalized());
-  takePlanes(map, other, T, frame);
+  const std::vector<PlaneLayer> loose = takePlanes(map, other, T, frame);
   takeCells(map, other, T, frame);
+  for (const PlaneLayer& layer : loose) takeLoose(map, layer, frame);
+  if (!is_first) absorbCells(map, placedBounds(other, T), frame);
   if (map.params.unknown_space) map.space.add(moved ? *moved : other.space);
   frame.update.patches_rebuilt = map.commit();
   return frame.update;
