@@ -76,6 +76,9 @@ void integrateCells(MapData& map, Frame& frame);
 /// Gives up cells of a box (metres) for which planes stand now.
 void absorbCells(MapData& map, const Eigen::AlignedBox3d& box, Frame& frame);
 
+/// Is a place (world) in an occupied cell, or within one resolution of a plane's?
+bool isMapped(const MapData& map, const Vector3& world);
+
 /// Adds what another map knows; see PlanarMap::merge(). \throws InputError, before anything changes
 FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other);
 

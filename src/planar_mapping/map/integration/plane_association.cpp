@@ -7,6 +7,7 @@
 
 #include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/map/integration/frame.h"
+#include "planar_mapping/map/store/belief.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -21,21 +22,6 @@ constexpr double kHarmlessScatter = 0.1;
 /// Where the map has something already, what is smaller than 3 x 3 cells is no other plane: every
 /// frame would fit another one.
 constexpr double kMinCells = 9.0;
-
-/// Is the point in an occupied cell, or within one resolution of a plane's?
-bool isMapped(const MapData& map, const Vector3& world) {
-  const double s = map.resolution();
-  const Vector3 at = (world / s).array().floor();
-  if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
-  const Int3 cell = toInt3(at);
-  const CellBlock* block = map.cells.find(CellLayer::blockOf(cell));
-  if (block != nullptr && ((block->occupied() >> CellLayer::bitOf(cell)) & 1u) != 0) return true;
-  return std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& layer) {
-    std::int32_t a = 0, b = 0;
-    return std::abs(layer.plane().signedDistance(world)) <= s && layer.cellOf(world, s, a, b) &&
-           layer.raster.at(a, b);
-  });
-}
 
 /// Calls visit(world) for up to about kSamples points of the segment, until that is true.
 template <typename Visit>
@@ -194,7 +180,9 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
 
 /// Takes the cells of \p other over. Every cell of the receiving raster asks which cell of the
 /// other lies at its centre: the other way round would leave holes.
-void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
+/// \param join  (belief here, belief there): that of a cell of both
+template <typename Join>
+void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other, Join&& join) {
   const double s = map.resolution();
   other.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& from) {
     const Vector3 middle = other.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
@@ -210,12 +198,18 @@ void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
         if (((from.occupied() >> bit) & 1u) == 0) continue;
         const std::uint8_t belief = from.belief(static_cast<std::size_t>(bit));
         const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
-        if (!layer.raster.at(a, b) || layer.raster.find(a >> 3, b >> 3)->belief(own_bit) < belief) {
-          layer.setCell(a, b, belief);
-        }
+        const RasterTile* own = layer.raster.find(a >> 3, b >> 3);
+        const bool known = own != nullptr && (own->occupied() >> own_bit & 1u) != 0;
+        const std::uint8_t joined = known ? join(own->belief(own_bit), belief) : belief;
+        if (!known || joined != own->belief(own_bit)) layer.setCell(a, b, joined);
       }
     }
   });
+}
+
+/// Of a cell of two planes of the same map: what saw it is the same.
+std::uint8_t larger(std::uint8_t a, std::uint8_t b) {
+  return std::max(a, b);
 }
 
 /// How the rasters of new floors and table tops are turned; see dominantDirection().
@@ -298,6 +292,20 @@ PlaneHits& hitsOf(std::size_t layer, Frame& frame) {
 
 }  // namespace
 
+bool isMapped(const MapData& map, const Vector3& world) {
+  const double s = map.resolution();
+  const Vector3 at = (world / s).array().floor();
+  if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
+  const Int3 cell = toInt3(at);
+  const CellBlock* block = map.cells.find(CellLayer::blockOf(cell));
+  if (block != nullptr && ((block->occupied() >> CellLayer::bitOf(cell)) & 1u) != 0) return true;
+  return std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& layer) {
+    std::int32_t a = 0, b = 0;
+    return std::abs(layer.plane().signedDistance(world)) <= s && layer.cellOf(world, s, a, b) &&
+           layer.raster.at(a, b);
+  });
+}
+
 void associatePlanes(MapData& map, Frame& frame) {
   const std::size_t segments = frame.planes.size();
   std::vector<bool> assigned(segments, false);
@@ -354,7 +362,7 @@ void mergePlanes(MapData& map, Frame& frame) {
       const std::size_t kept = std::min(mine, other);
       const std::size_t merged = std::max(mine, other);
       PlaneLayer& layer = map.planes[kept];
-      takeCells(map, layer, map.planes[merged]);
+      takeCells(map, layer, map.planes[merged], larger);
       PlaneMoments moments = layer.moments();
       moments.merge(map.planes[merged].moments());
       layer.setMoments(moments);
@@ -418,7 +426,7 @@ std::vector<PlaneLayer> joinPlanes(MapData& map, std::vector<PlaneLayer> others,
     }
     layer.setMoments(all);
     layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());
-    for (const std::size_t k : hits.segments) takeCells(map, layer, others[k]);
+    for (const std::size_t k : hits.segments) takeCells(map, layer, others[k], joinedBelief);
   }
   for (PlaneLayer& layer : added) {
     layer.id = map.next_plane_id++;
@@ -469,7 +477,7 @@ void turnPlanes(MapData& map, const Frame& frame) {
     layer.raster = TileRaster();
     layer.raster.setAnchor(before.raster.anchorA(), before.raster.anchorB());
     layer.setFrame(axes);
-    takeCells(map, layer, before);
+    takeCells(map, layer, before, larger);
   }
 }
 
