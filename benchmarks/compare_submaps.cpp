@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/map/joined_map.h"
 #include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map_impl.h"
 #include "planar_mapping/pipeline/pipeline.h"
@@ -179,6 +180,41 @@ void print(const char* name, const Figures& f, const Figures& one, double merge_
       f.cuboids_ms);
 }
 
+/// Copies of the session one after the other until there are a hundred submaps, all of which move.
+void timeCorrection(const Session& session) {
+  constexpr std::int32_t kSubmaps = 100;
+  Vector3 low, high;
+  if (!session.whole.bounds(low, high)) return;
+  std::vector<std::shared_ptr<const PlanarMap>> maps;
+  for (const PlanarMap& map : session.submaps) maps.push_back(std::make_shared<PlanarMap>(map));
+  const auto count = static_cast<std::int32_t>(maps.size());
+  const auto poseOf = [&](std::int32_t id, double turn) {
+    Pose pose = Pose::Identity();
+    pose.linear() = Eigen::AngleAxisd(turn * id, Vector3::UnitZ()).toRotationMatrix();
+    pose.translation().x() = 0.8 * (high.x() - low.x()) * (id / count);
+    return pose;
+  };
+  JoinedMap joined;
+  double start = now();
+  for (std::int32_t id = 0; id < kSubmaps; ++id)
+    joined.set(id, maps[static_cast<std::size_t>(id % count)], poseOf(id, 0.0));
+  joined.map();
+  std::printf("%d submaps: joined %.0f ms", kSubmaps, now() - start);
+  const auto again = [&](const char* what) {
+    start = now();
+    joined.map();
+    std::printf(", %s %.0f ms (%zu joined)", what, now() - start, joined.lastJoined());
+  };
+  constexpr double kTurn = 0.002;  // radians a submap
+  for (std::int32_t id = 0; id < kSubmaps; ++id) joined.move(id, poseOf(id, kTurn));
+  again("all moved");
+  for (std::int32_t id = kSubmaps / 2; id < kSubmaps; ++id) joined.move(id, poseOf(id, -kTurn));
+  again("half of them moved");
+  joined.set(kSubmaps, maps.front(), poseOf(kSubmaps, 0.0));
+  again("one more");
+  std::printf("\n");
+}
+
 int run(int argc, char** argv) {
   StageTable table;
   registerBuiltinStages(table);
@@ -198,17 +234,19 @@ int run(int argc, char** argv) {
   };
   show("in another order", session.other_order, 0.0);
   for (const bool is_moved : {false, true}) {
-    double ms = 0.0;
-    PlanarMap joined(session.whole.params());
+    JoinedMap joined;
     for (std::size_t i = 0; i < session.submaps.size(); ++i) {
       const bool moves = is_moved && session.moved[i].frames() > 0;
-      const double start = now();
-      joined.merge(moves ? session.moved[i] : session.submaps[i],
-                   moves ? smallMotion() : Pose::Identity());
-      ms += now() - start;
+      joined.set(static_cast<std::int32_t>(i),
+                 std::make_shared<PlanarMap>(moves ? session.moved[i] : session.submaps[i]),
+                 moves ? smallMotion() : Pose::Identity());
     }
-    show(is_moved ? "joined, moved" : "joined", joined, ms);
+    const double start = now();
+    const PlanarMap& map = joined.map();
+    const double ms = now() - start;
+    show(is_moved ? "joined, moved" : "joined", map, ms);
   }
+  timeCorrection(session);
   return 0;
 }
 

@@ -130,7 +130,8 @@ CellLayer looseCells(const MapData& map, const std::vector<PlaneLayer>& loose) {
   return cells;
 }
 
-/// Where the planes and cells of a map lie.
+}  // namespace
+
 Eigen::AlignedBox3d boundsOf(const MapData& map) {
   Eigen::AlignedBox3d bounds;
   const double s = map.resolution();
@@ -141,8 +142,6 @@ Eigen::AlignedBox3d boundsOf(const MapData& map) {
   });
   return bounds;
 }
-
-}  // namespace
 
 FrameUpdate joinMap(MapData& map, const MapData& later) {
   Frame frame;

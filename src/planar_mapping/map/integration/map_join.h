@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include "planar_mapping/map/sensor/frame_observation.h"
 #include "planar_mapping/map/store/map_data.h"
 
@@ -15,6 +17,9 @@ Pose requireJoinable(const MapData& map, const MapData& other, const Pose& T_map
 /// space are resampled, cell by nearest cell.
 /// \throws InputError if that is too much space: see movedSpace()
 MapData placedMap(const MapData& map, const Pose& T);
+
+/// Of planes and cells, metres.
+Eigen::AlignedBox3d boundsOf(const MapData& map);
 
 /// Adds what another map of the same world knows, which counts as the later one. Its planes are
 /// associated like those of a frame; beliefs of cells of both are added; cells that it saw free are
