@@ -87,6 +87,7 @@ struct PlanarMap::Impl {
 /// For what asks a map questions from outside the class.
 struct detail::MapAccess {
   static const PlanarMap::Impl& of(const PlanarMap& map) { return *map.impl_; }
+  static PlanarMap::Impl& of(PlanarMap& map) { return *map.impl_; }
 };
 
 }  // namespace planar_mapping

@@ -283,7 +283,69 @@ void addPoint(const MapData& map, const Frame& frame, int point, const double* p
   }
 }
 
+/// Are all eighths of a cell that hold points within absorption of the plane? Of a cell without
+/// eighths: is its middle in the plane's cuboids?
+bool isCovered(const MapData& map, const CellBlock& block, std::size_t bit, const Int3& cell,
+               const std::vector<const Cover*>& covers) {
+  const auto anyContains = [&](const double* p, double margin) {
+    std::int32_t a = 0, b = 0;
+    return std::any_of(covers.begin(), covers.end(),
+                       [&](const Cover* cover) { return cover->contains(p, margin, a, b); });
+  };
+  const double x = cell.x, y = cell.y, z = cell.z;
+  if (!map.isCompact()) {
+    const double middle[3] = {x + 0.5, y + 0.5, z + 0.5};
+    return anyContains(middle, 0.0);
+  }
+  bool is_covered = true;
+  forEachBit(block.octants(bit), [&](std::size_t i) {
+    const double part[3] = {x + 0.25 + 0.5 * (i & 1u), y + 0.25 + 0.5 * (i >> 1u & 1u),
+                            z + 0.25 + 0.5 * (i >> 2u)};
+    is_covered = is_covered && anyContains(part, map.params.approximation.absorption);
+  });
+  return is_covered;
+}
+
 }  // namespace
+
+void absorbCells(MapData& map, const Eigen::AlignedBox3d& box, Frame& frame) {
+  if (map.cells.empty() || box.isEmpty()) return;
+  const double s = map.resolution();
+  const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
+  const std::vector<Cover> covers = coversNear(map, {box.min() / s, box.max() / s});
+  const double radius = 2.0 * std::sqrt(3.0) + map.params.approximation.absorption;
+  std::vector<const Cover*> near;
+  for (std::size_t r = 0; r < map.cells.regions.size(); ++r) {
+    const Int3 region = unpackKey(map.cells.regions.key(r));
+    const Int3& anchor = map.cells.anchor;
+    const Vector3 low = s * (kRegionCells * Vector3(region.x, region.y, region.z) +
+                             Vector3(anchor.x, anchor.y, anchor.z));
+    if (!box.intersects({low, low + Vector3::Constant(s * kRegionCells)})) continue;
+    KeyMap<CellBlock>& blocks = map.cells.regions.value(r).blocks;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const Int3 at = unpackKey(blocks.key(i));
+      const Vector3 corner = 4.0 * s * Vector3(at.x, at.y, at.z);
+      if (!box.intersects({corner, corner + Vector3::Constant(4.0 * s)})) continue;
+      const double middle[3] = {4.0 * at.x + 2.0, 4.0 * at.y + 2.0, 4.0 * at.z + 2.0};
+      near.clear();
+      for (const Cover& cover : covers) {
+        const double height = Cover::along(cover.n, middle);
+        if (height <= radius + cover.front && height >= -radius - cover.back)
+          near.push_back(&cover);
+      }
+      if (near.empty()) continue;
+      CellBlock& block = blocks.value(i);
+      bool changed = false;
+      forEachBit(block.occupied(), [&](std::size_t bit) {
+        if (!isCovered(map, block, bit, CellLayer::cellOf(at, static_cast<int>(bit)), near)) return;
+        block.remove(bit);
+        changed = true;
+        ++frame.update.cells_removed;
+      });
+      if (changed) map.cells.markDirty(at, frame_number);
+    }
+  }
+}
 
 void integrateCells(MapData& map, Frame& frame) {
   removeCovered(map, frame);

@@ -61,6 +61,9 @@ void leaveOutStray(const MapData& map, Frame& frame);
 void associatePlanes(MapData& map, Frame& frame);
 /// Points of the segments into the rasters, moments merged, planes refitted.
 void integratePlanes(MapData& map, Frame& frame);
+/// Planes of another map, placed in this one, as if they were seen in one frame: joined with those
+/// on which they lie, else added. \return those that are too small to be told from what is there
+std::vector<PlaneLayer> joinPlanes(MapData& map, std::vector<PlaneLayer> others, Frame& frame);
 /// Merges planes of the map that turned out to be one.
 void mergePlanes(MapData& map, Frame& frame);
 /// Turns the rasters of floors and table tops that were seen before the walls: in the compact
@@ -70,6 +73,11 @@ void turnPlanes(MapData& map, const Frame& frame);
 void integrateMisses(MapData& map, Frame& frame);
 /// Non-planar points into cells; cells that planes cover now are given up.
 void integrateCells(MapData& map, Frame& frame);
+/// Gives up cells of a box (metres) for which planes stand now.
+void absorbCells(MapData& map, const Eigen::AlignedBox3d& box, Frame& frame);
+
+/// Is a place (world) in an occupied cell, or within one resolution of a plane's?
+bool isMapped(const MapData& map, const Vector3& world);
 
 /// Adds what another map knows; see PlanarMap::merge(). \throws InputError, before anything changes
 FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other);

@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/map/integration/frame.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -12,7 +10,8 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/number_text.h"
 #include "planar_mapping/map/file/map_record.h"
-#include "planar_mapping/map/integration/moved_space.h"
+#include "planar_mapping/map/integration/frame.h"
+#include "planar_mapping/map/integration/map_join.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -24,7 +23,6 @@ void requireSame(const char* what, double ours, double other) {
                    " m in the other; map one of them again");
 }
 
-/// \param T of the other map, a rigid motion
 void requireAlike(const MapData& map, const MapData& other, const Pose& T) {
   if (map.isCompact() != other.isCompact()) {
     throw InputError("maps of different profiles cannot be merged; map one of them again");
@@ -44,10 +42,6 @@ void requireAlike(const MapData& map, const MapData& other, const Pose& T) {
   throw InputError("up is " + text(ours) + " here, but " + text(theirs) +
                    " in the other map, where its pose puts it; it needs a pose that turns one to "
                    "the other");
-}
-
-Int3 cellAt(const Vector3& point, double side) {
-  return toInt3((point / side).array().floor());
 }
 
 /// Far enough from the end of the lattice for a block around it.
@@ -85,122 +79,9 @@ void requireWithin(const MapData& data, const Pose& T, bool with_space) {
       [&](const Int3& at, const SpaceRegion&) { requireCube(at, 32.0 * cell, cell); });
 }
 
-void takeTrajectory(MapData& map, const MapData& other, const Pose& T) {
-  const Quaternion turn(T.linear());
-  for (const FramePose& from : other.trajectory) {
-    map.trajectory.push_back(
-        {from.timestamp, T * from.position, (turn * from.orientation).normalized()});
-  }
-}
-
-/// Rasters ride along with their planes: no cell is resampled. Those that lie on a plane of the map
-/// are joined with it.
-void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame) {
-  for (PlaneLayer layer : other.planes) {
-    const PlaneMoments moments = layer.moments().transformed(T);
-    PlaneFrame placed = layer.frame();
-    placed.origin = T * placed.origin;
-    placed.u = T.linear() * placed.u;
-    placed.n = T.linear() * placed.n;
-    layer.setFrame(placed);
-    layer.setMoments(moments);
-    if (layer.bounds(map.resolution(), map.thickness()).isEmpty()) continue;
-    layer.id = map.next_plane_id++;
-    layer.raster.markAllDirty();
-    frame.hits.push_back({map.planes.size(), true, {}, {}});
-    map.planes.push_back(std::move(layer));
-    ++frame.update.planes_new;
-  }
-  mergePlanes(map, frame);
-}
-
-/// What one cell of the other map brings to a cell of this one.
-struct TakenCell {
-  Int3 cell;
-  std::uint8_t belief = 0;
-  std::uint8_t octants = 0;
-  CellBlock::Mean mean{};
-};
-
-void takeCell(MapData& map, const TakenCell& taken, Frame& frame) {
-  const Int3 at = CellLayer::blockOf(taken.cell);
-  const auto bit = static_cast<std::size_t>(CellLayer::bitOf(taken.cell));
-  CellBlock& block = map.cells.blockAt(at);
-  const bool known = (block.occupied() >> bit & 1u) != 0;
-  const std::uint8_t before = known ? block.octants(bit) : 0;
-  block.setBelief(bit, known ? std::max(block.belief(bit), taken.belief) : taken.belief);
-  if (map.isCompact()) {
-    block.setOctants(bit, static_cast<std::uint8_t>(before | taken.octants));
-  } else if (!known) {
-    block.setMean(bit, taken.mean);
-  }
-  if (!known) ++frame.update.cells_added;
-  map.cells.markDirty(at, static_cast<std::uint32_t>(map.trajectory.size() - 1));
-}
-
-/// Where the parts of a cell that hold points come to lie: eighths by their middles, else the mean.
-void takeParts(MapData& map, const CellBlock& block, const Int3& cell, const Pose& T,
-               Frame& frame) {
-  const double s = map.resolution();
-  const auto bit = static_cast<std::size_t>(CellLayer::bitOf(cell));
-  const Vector3 corner(cell.x, cell.y, cell.z);
-  const auto take = [&](const Vector3& part) {
-    const Vector3 point = T * Vector3(s * (corner + part));
-    TakenCell taken;
-    taken.cell = cellAt(point, s);
-    taken.belief = block.belief(bit);
-    int octant = 0;
-    for (int i = 0; i < 3; ++i) {
-      const double offset = point[i] / s - std::floor(point[i] / s);
-      octant |= offset >= 0.5 ? 1 << i : 0;
-      taken.mean[static_cast<std::size_t>(i)] =
-          static_cast<std::uint8_t>(std::min(255.0, std::floor(256.0 * offset)));
-    }
-    taken.octants = static_cast<std::uint8_t>(1 << octant);
-    takeCell(map, taken, frame);
-  };
-  if (!map.isCompact()) {
-    const CellBlock::Mean mean = block.mean(bit);
-    return take((Vector3(mean[0], mean[1], mean[2]) + Vector3::Constant(0.5)) / 256.0);
-  }
-  for (int i = 0; i < 8; ++i) {
-    if ((block.octants(bit) >> i & 1) == 0) continue;
-    take({0.25 + 0.5 * (i & 1), 0.25 + 0.5 * (i >> 1 & 1), 0.25 + 0.5 * (i >> 2)});
-  }
-}
-
-void takeCells(MapData& map, const MapData& other, const Pose& T, Frame& frame) {
-  if (other.cells.empty()) return;
-  const double s = map.resolution();
-  if (map.cells.empty()) {
-    const Int3& a = other.cells.anchor;
-    const Vector3 middle = Vector3(a.x, a.y, a.z) + Vector3::Constant(kRegionCells / 2);
-    const Vector3 placed = T * Vector3(s * middle) / s;
-    const auto part = [](double coordinate) {
-      return 4 * static_cast<std::int32_t>(std::floor((coordinate + 0.5) / 4.0)) - kRegionCells / 2;
-    };
-    map.cells.anchor = {part(placed.x()), part(placed.y()), part(placed.z())};
-  }
-  other.cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
-    for (std::uint64_t bits = block.occupied(); bits != 0; bits &= bits - 1) {
-      takeParts(map, block, CellLayer::cellOf(at, __builtin_ctzll(bits)), T, frame);
-    }
-  });
-}
-
 FrameUpdate take(MapData& map, const MapData& other, const Pose& T) {
-  Frame frame;
-  if (other.trajectory.empty()) return frame.update;
-  std::optional<UnknownSpace> moved;  // first: it may be refused
-  if (map.params.unknown_space && T.matrix() != Pose::Identity().matrix())
-    moved = movedSpace(other.space, map.unknownResolution(), T);
-  takeTrajectory(map, other, T);
-  map.ground.add(other.ground, T, map.params.approximation.up.normalized());
-  takePlanes(map, other, T, frame);
-  takeCells(map, other, T, frame);
-  if (map.params.unknown_space) map.space.add(moved ? *moved : other.space);
-  frame.update.patches_rebuilt = map.commit();
-  return frame.update;
+  const bool in_place = T.matrix() == Pose::Identity().matrix();
+  return in_place ? joinMap(map, other) : joinMap(map, placedMap(other, T));
 }
 
 /// All that is known of space, whatever the numbers of planes.
@@ -223,16 +104,21 @@ int compare(const MapData& a, const MapData& b) {
 
 }  // namespace
 
-FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other) {
+Pose requireJoinable(const MapData& map, const MapData& other, const Pose& T_map_other) {
   Pose T = T_map_other;
   requirePose(T);
   T.linear() = Quaternion(T.linear()).normalized().toRotationMatrix();
   requireAlike(map, other, T);
+  requireWithin(other, T, map.params.unknown_space);
+  return T;
+}
+
+FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other) {
+  const Pose T = requireJoinable(map, other, T_map_other);
   const bool in_place = T.matrix() == Pose::Identity().matrix();
   if (other.trajectory.empty()) return {};
   const int order = map.trajectory.empty() ? 1 : compare(map, other);
   if (order == 0 && in_place) return {};
-  requireWithin(other, T, map.params.unknown_space);
   if (order <= 0) return take(map, other, T);
   // The one that began first takes the other, whichever was asked to.
   MapData first(map.params);

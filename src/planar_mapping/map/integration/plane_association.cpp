@@ -7,6 +7,7 @@
 
 #include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/map/integration/frame.h"
+#include "planar_mapping/map/store/belief.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -21,21 +22,6 @@ constexpr double kHarmlessScatter = 0.1;
 /// Where the map has something already, what is smaller than 3 x 3 cells is no other plane: every
 /// frame would fit another one.
 constexpr double kMinCells = 9.0;
-
-/// Is the point in an occupied cell, or within one resolution of a plane's?
-bool isMapped(const MapData& map, const Vector3& world) {
-  const double s = map.resolution();
-  const Vector3 at = (world / s).array().floor();
-  if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
-  const Int3 cell = toInt3(at);
-  const CellBlock* block = map.cells.find(CellLayer::blockOf(cell));
-  if (block != nullptr && ((block->occupied() >> CellLayer::bitOf(cell)) & 1u) != 0) return true;
-  return std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& layer) {
-    std::int32_t a = 0, b = 0;
-    return std::abs(layer.plane().signedDistance(world)) <= s && layer.cellOf(world, s, a, b) &&
-           layer.raster.at(a, b);
-  });
-}
 
 /// Calls visit(world) for up to about kSamples points of the segment, until that is true.
 template <typename Visit>
@@ -62,16 +48,37 @@ bool isMapped(const MapData& map, const Frame& frame, std::size_t segment) {
   return 2 * mapped > looked;
 }
 
+/// Likewise of the cells of a plane.
+bool isMapped(const MapData& map, const PlaneLayer& layer) {
+  const double s = map.resolution();
+  std::size_t looked = 0, mapped = 0;
+  layer.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
+    forEachBit(tile.occupied(), [&](std::size_t bit) {
+      const double a = 8.0 * ta + static_cast<double>(bit & 7u) + 0.5;
+      const double b = 8.0 * tb + static_cast<double>(bit >> 3u) + 0.5;
+      ++looked;
+      mapped += isMapped(map, layer.frame().fromPlane({a * s, b * s, 0.0})) ? 1 : 0;
+    });
+  });
+  return 2 * mapped > looked;
+}
+
+/// Do the points behind the moments spread over less than a plane needs that is to be told from
+/// what the map has already?
+bool isSmall(const MapData& map, const PlaneMoments::Fit& fit) {
+  const double s = map.resolution();
+  const Vector3 spread = fit.eigenvalues.cwiseMax(0.0).cwiseSqrt();  // of a side a: a / sqrt(12)
+  return 12.0 * spread[1] * spread[2] < kMinCells * s * s;
+}
+
 /// Are the points of a segment that is on no plane of the map a plane of it, or just cells?
 bool isPlane(const MapData& map, const Frame& frame, std::size_t segment) {
-  const double s = map.resolution();
   const PlaneMoments::Fit fit = frame.moments[segment].fit();
-  const Vector3 spread = fit.eigenvalues.cwiseMax(0.0).cwiseSqrt();  // of a side a: a / sqrt(12)
-  if (12.0 * spread[1] * spread[2] < kMinCells * s * s && isMapped(map, frame, segment))
-    return false;
+  if (isSmall(map, fit) && isMapped(map, frame, segment)) return false;
   // Where the depth error is known, the search for planes has tested the roughness.
   return frame.observation->noise ||
-         fit.rms <= std::max(kHarmlessScatter * s, kMaxRoughness * spread[1]);
+         fit.rms <= std::max(kHarmlessScatter * map.resolution(),
+                             kMaxRoughness * std::sqrt(std::max(0.0, fit.eigenvalues[1])));
 }
 
 /// Root mean square distance of the points behind the moments to a plane.
@@ -173,7 +180,9 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
 
 /// Takes the cells of \p other over. Every cell of the receiving raster asks which cell of the
 /// other lies at its centre: the other way round would leave holes.
-void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
+/// \param join  (belief here, belief there): that of a cell of both
+template <typename Join>
+void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other, Join&& join) {
   const double s = map.resolution();
   other.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& from) {
     const Vector3 middle = other.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
@@ -189,12 +198,18 @@ void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
         if (((from.occupied() >> bit) & 1u) == 0) continue;
         const std::uint8_t belief = from.belief(static_cast<std::size_t>(bit));
         const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
-        if (!layer.raster.at(a, b) || layer.raster.find(a >> 3, b >> 3)->belief(own_bit) < belief) {
-          layer.setCell(a, b, belief);
-        }
+        const RasterTile* own = layer.raster.find(a >> 3, b >> 3);
+        const bool known = own != nullptr && (own->occupied() >> own_bit & 1u) != 0;
+        const std::uint8_t joined = known ? join(own->belief(own_bit), belief) : belief;
+        if (!known || joined != own->belief(own_bit)) layer.setCell(a, b, joined);
       }
     }
   });
+}
+
+/// Of a cell of two planes of the same map: what saw it is the same.
+std::uint8_t larger(std::uint8_t a, std::uint8_t b) {
+  return std::max(a, b);
 }
 
 /// How the rasters of new floors and table tops are turned; see dominantDirection().
@@ -212,53 +227,94 @@ Vector3 directionOfWalls(const MapData& map, const Frame& frame) {
   return dominantDirection(planes, weights, map.params.approximation.up);
 }
 
-}  // namespace
+/// A plane that was seen on a plane of the map, by their numbers.
+struct Association {
+  std::size_t plane;
+  std::size_t layer;
+};
 
-void associatePlanes(MapData& map, Frame& frame) {
-  const std::size_t segments = frame.planes.size();
+/// On which plane of the map each of the planes lies that were seen together, the most alike first;
+/// two that are told apart by what saw them are not on one.
+/// \param near  (number, layer): does it come within the association gap of the layer's cells?
+template <typename Near>
+std::vector<Association> associationsOf(const MapData& map, const std::vector<Plane>& planes,
+                                        const std::vector<PlaneMoments>& moments, Near&& near) {
   struct Pair {
     double score;
-    std::size_t segment;
+    std::size_t plane;
     std::size_t layer;
   };
   std::vector<Pair> pairs;
-  for (std::size_t k = 0; k < segments; ++k) {
-    if (frame.inliersOf(k).empty()) continue;
-    const double own = frame.moments[k].fit().rms;
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    const double own = moments[k].fit().rms;
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
       const PlaneLayer& layer = map.planes[l];
-      const double angle = angleBetween(frame.planes[k].normal, layer.plane().normal);
+      const double angle = angleBetween(planes[k].normal, layer.plane().normal);
       if (angle > 2.0 * map.params.association_angle) continue;
-      const double offset = rmsDistance(frame.moments[k], layer.plane());
+      const double offset = rmsDistance(moments[k], layer.plane());
       if (!(offset <= 2.0 * map.params.association_offset + 3.0 * own)) continue;
-      // Its own noise is no reason to doubt that the segment lies on the plane.
+      // Its own noise is no reason to doubt that it lies on the plane.
       const double apart = std::sqrt(std::max(0.0, offset * offset - own * own));
-      const Apart tolerance = toleranceAt(map.params, layer.moments(), frame.moments[k]);
+      const Apart tolerance = toleranceAt(map.params, layer.moments(), moments[k]);
       if (angle > tolerance.angle || apart > tolerance.offset) continue;
-      if (!isNear(map, frame, k, layer)) continue;
+      if (!near(k, layer)) continue;
       pairs.push_back({angle / tolerance.angle + apart / tolerance.offset, k, l});
     }
   }
   std::sort(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) {
-    return std::tie(x.score, x.segment, x.layer) < std::tie(y.score, y.segment, y.layer);
+    return std::tie(x.score, x.plane, x.layer) < std::tie(y.score, y.plane, y.layer);
   });
-
-  std::vector<bool> assigned(segments, false);
+  std::vector<Association> associations;
+  std::vector<bool> is_associated(planes.size(), false);
+  std::vector<std::vector<std::size_t>> on(map.planes.size());  // each plane of the map
   for (const Pair& pair : pairs) {
-    if (assigned[pair.segment]) continue;
-    auto hits = std::find_if(frame.hits.begin(), frame.hits.end(),
-                             [&](const PlaneHits& h) { return h.layer == pair.layer; });
-    if (hits == frame.hits.end()) {
-      hits = frame.hits.insert(hits, PlaneHits{pair.layer, false, {}, {}});
-    } else if (!std::all_of(hits->segments.begin(), hits->segments.end(), [&](std::size_t other) {
-                 return isOnePlane(map.params, frame.planes[pair.segment],
-                                   frame.moments[pair.segment], frame.planes[other],
-                                   frame.moments[other]);
-               })) {
-      continue;  // this frame itself tells the two apart
-    }
-    hits->segments.push_back(pair.segment);
-    assigned[pair.segment] = true;
+    if (is_associated[pair.plane]) continue;
+    std::vector<std::size_t>& others = on[pair.layer];
+    const bool is_one = std::all_of(others.begin(), others.end(), [&](std::size_t other) {
+      return isOnePlane(map.params, planes[pair.plane], moments[pair.plane], planes[other],
+                        moments[other]);
+    });
+    if (!is_one) continue;
+    others.push_back(pair.plane);
+    is_associated[pair.plane] = true;
+    associations.push_back({pair.plane, pair.layer});
+  }
+  return associations;
+}
+
+PlaneHits& hitsOf(std::size_t layer, Frame& frame) {
+  const auto hits = std::find_if(frame.hits.begin(), frame.hits.end(),
+                                 [&](const PlaneHits& h) { return h.layer == layer; });
+  if (hits != frame.hits.end()) return *hits;
+  frame.hits.push_back({layer, false, {}, {}});
+  return frame.hits.back();
+}
+
+}  // namespace
+
+bool isMapped(const MapData& map, const Vector3& world) {
+  const double s = map.resolution();
+  const Vector3 at = (world / s).array().floor();
+  if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
+  const Int3 cell = toInt3(at);
+  const CellBlock* block = map.cells.find(CellLayer::blockOf(cell));
+  if (block != nullptr && ((block->occupied() >> CellLayer::bitOf(cell)) & 1u) != 0) return true;
+  return std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& layer) {
+    std::int32_t a = 0, b = 0;
+    return std::abs(layer.plane().signedDistance(world)) <= s && layer.cellOf(world, s, a, b) &&
+           layer.raster.at(a, b);
+  });
+}
+
+void associatePlanes(MapData& map, Frame& frame) {
+  const std::size_t segments = frame.planes.size();
+  std::vector<bool> assigned(segments, false);
+  const auto near = [&](std::size_t k, const PlaneLayer& layer) {
+    return !frame.inliersOf(k).empty() && isNear(map, frame, k, layer);
+  };
+  for (const Association& found : associationsOf(map, frame.planes, frame.moments, near)) {
+    hitsOf(found.layer, frame).segments.push_back(found.plane);
+    assigned[found.plane] = true;
     ++frame.update.planes_matched;
   }
   std::optional<Vector3> along;  // asks every plane of the map
@@ -306,7 +362,7 @@ void mergePlanes(MapData& map, Frame& frame) {
       const std::size_t kept = std::min(mine, other);
       const std::size_t merged = std::max(mine, other);
       PlaneLayer& layer = map.planes[kept];
-      takeCells(map, layer, map.planes[merged]);
+      takeCells(map, layer, map.planes[merged], larger);
       PlaneMoments moments = layer.moments();
       moments.merge(map.planes[merged].moments());
       layer.setMoments(moments);
@@ -317,7 +373,7 @@ void mergePlanes(MapData& map, Frame& frame) {
       if (merged == mine) hits.layer = kept;
     }
   }
-  if (frame.update.planes_merged == 0) return;
+  if (std::none_of(gone.begin(), gone.end(), [](bool is_gone) { return is_gone; })) return;
   for (std::size_t l = 0; l < map.planes.size(); ++l) {
     if (!gone[l])
       map.planes[l].refit(map.resolution(), map.params.refit_tolerance * map.resolution());
@@ -335,6 +391,51 @@ void mergePlanes(MapData& map, Frame& frame) {
     while (gone[hits.layer]) hits.layer = into[hits.layer];
     hits.layer = place[hits.layer];
   }
+}
+
+std::vector<PlaneLayer> joinPlanes(MapData& map, std::vector<PlaneLayer> others, Frame& frame) {
+  std::vector<Plane> planes;
+  std::vector<PlaneMoments> moments;
+  for (const PlaneLayer& other : others) {
+    planes.push_back(other.plane());
+    moments.push_back(other.moments());
+  }
+  const auto near = [&](std::size_t k, const PlaneLayer& layer) {
+    return mayBeNear(map, layer, others[k]) && areNear(map, layer, others[k]);
+  };
+  std::vector<bool> is_taken(others.size(), false);
+  for (const Association& found : associationsOf(map, planes, moments, near)) {
+    hitsOf(found.layer, frame).segments.push_back(found.plane);
+    is_taken[found.plane] = true;
+  }
+  frame.update.planes_new += others.size();
+  std::vector<PlaneLayer> loose;
+  std::vector<PlaneLayer> added;
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    if (is_taken[k]) continue;
+    const bool is_loose =
+        map.isCompact() && isSmall(map, moments[k].fit()) && isMapped(map, others[k]);
+    (is_loose ? loose : added).push_back(others[k]);
+  }
+  for (const PlaneHits& hits : frame.hits) {
+    PlaneLayer& layer = map.planes[hits.layer];
+    PlaneMoments all = layer.moments();
+    for (const std::size_t k : hits.segments) {
+      all.merge(moments[k]);
+      layer.frames += others[k].frames;
+    }
+    layer.setMoments(all);
+    layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());
+    for (const std::size_t k : hits.segments) takeCells(map, layer, others[k], joinedBelief);
+  }
+  for (PlaneLayer& layer : added) {
+    layer.id = map.next_plane_id++;
+    layer.raster.markAllDirty();
+    frame.hits.push_back({map.planes.size(), true, {}, {}});
+    map.planes.push_back(std::move(layer));
+  }
+  frame.update.planes_merged += others.size() - added.size();
+  return loose;
 }
 
 void turnPlanes(MapData& map, const Frame& frame) {
@@ -376,7 +477,7 @@ void turnPlanes(MapData& map, const Frame& frame) {
     layer.raster = TileRaster();
     layer.raster.setAnchor(before.raster.anchorA(), before.raster.anchorB());
     layer.setFrame(axes);
-    takeCells(map, layer, before);
+    takeCells(map, layer, before, larger);
   }
 }
 

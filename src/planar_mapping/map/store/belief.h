@@ -31,6 +31,14 @@ inline std::uint8_t afterHit(std::uint8_t before, double q, double gain) {
 inline std::uint8_t afterMiss(std::uint8_t before, double factor) {
   return static_cast<std::uint8_t>(before * factor);
 }
+/// Belief after two maps saw the cell apart from each other: their log odds are added. No less than
+/// both: neither map gave the cell up.
+inline std::uint8_t joinedBelief(std::uint8_t a, std::uint8_t b) {
+  const double for_it = static_cast<double>(a) * b;
+  const double against = static_cast<double>(kCertain - a) * (kCertain - b);
+  const double p = for_it > 0.0 ? for_it / (for_it + against) : 0.0;
+  return std::max(std::min(a, b), quantiseBelief(p));
+}
 /// Does a cell of this belief stay in the map?
 inline bool isKept(std::uint8_t k, double min_probability) {
   return k > 0 && static_cast<double>(k) / kCertain >= min_probability;
