@@ -71,7 +71,7 @@ class Forest {
 
   /// Covariance of the way between two nodes of one tree, as a disturbance in the root's frame.
   Matrix6 wayCovariance(std::size_t a, std::size_t b) const {
-    std::size_t common = a;
+    std::size_t common = isAbove(b, a) ? b : a;
     while (!isAbove(common, b)) common = parent_[common];
     return covariance_[a] + covariance_[b] - 2.0 * covariance_[common];
   }
@@ -152,12 +152,15 @@ class LinkGroup {
       motions.push_back(motion);
       covariances.push_back(A * link.covariance * A.transpose());
     }
+    // Within a tree the motions are next to none: both ways may be added as they are.
+    const bool within = count > 0 && forest.root[ends[0].first] == forest.root[ends[0].second];
     for (std::size_t i = 0; i < count; ++i) {
       const Matrix6 A = adjoint(motions[i]);
       for (std::size_t j = 0; j < i; ++j) {
-        const Matrix6 covariance =
-            covariances[i] + covariances[j] + forest.wayCovariance(ends[i].second, ends[j].second) +
-            A * forest.wayCovariance(ends[i].first, ends[j].first) * A.transpose();
+        const Matrix6 way = forest.wayCovariance(ends[i].first, ends[j].first);
+        Matrix6 covariance = covariances[i] + covariances[j];
+        covariance += forest.wayCovariance(ends[i].second, ends[j].second);
+        covariance += within ? way : Matrix6(A * way * A.transpose());
         const Closure closure = closureOf(motions[i] * motions[j].inverse(), covariance);
         const float support =
             closure.chi2 > kContradiction ? kContradicts : static_cast<float>(closure.support);
