@@ -20,7 +20,6 @@ using RowMatrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 // The loss is narrowed in steps, so that wrong links lose their pull on a solution that is still
 // far off; as squared widths, of kTypicalChi2.
 constexpr std::array<double, 4> kWidths = {64.0, 16.0, 4.0, 1.0};
-constexpr double kWrongChi2 = 4.0 * kUnlikelyChi2;  // thrown out after solving
 constexpr int kIterations = 100;
 constexpr double kTolerance = 1e-10;  // relative change of cost and parameters
 
@@ -149,7 +148,9 @@ class PartSolver {
     std::vector<std::uint8_t> wrong(members_.size(), 0);
     if (largestChi2() > kUnlikelyChi2) {
       for (const double width : kWidths) solve(width * kTypicalChi2);
-      for (std::size_t i = 0; i < members_.size(); ++i) wrong[i] = chi2(i) > kWrongChi2 ? 1 : 0;
+      for (std::size_t i = 0; i < members_.size(); ++i) {
+        wrong[i] = !links_[members_[i]].trusted && chi2(i) > kUnlikelyChi2 ? 1 : 0;
+      }
     }
     for (const auto& [node, parameters] : parameters_) {
       if (node != fixed_) poses_[node] = poseOf(parameters.values.data());
@@ -172,7 +173,8 @@ class PartSolver {
       if (node == fixed_) problem.SetParameterBlockConstant(parameters.values.data());
     }
     for (std::size_t i = 0; i < members_.size(); ++i) {
-      problem.AddResidualBlock(costs_[i].get(), width > 0.0 ? &loss : nullptr, at(i, false),
+      const bool robust = width > 0.0 && !links_[members_[i]].trusted;
+      problem.AddResidualBlock(costs_[i].get(), robust ? &loss : nullptr, at(i, false),
                                at(i, true));
     }
     ceres::Solver::Options options;

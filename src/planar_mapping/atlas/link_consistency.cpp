@@ -5,9 +5,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
+#include <queue>
 #include <set>
 #include <utility>
 
@@ -107,26 +109,90 @@ class Forest {
   std::size_t clock_ = 0;
 };
 
-/// chi2 of a motion that should be none, and how much more likely it is so small if it is none than
-/// if it is any (natural logarithm).
-struct Closure {
-  double chi2 = std::numeric_limits<double>::infinity();
-  double support = 0.0;
-};
+/// A density's logarithm at its peak: -1/2 log det(2 pi covariance).
+double logPeak(const Eigen::LLT<Matrix6>& llt) {
+  double log_peak = -3.0 * std::log(2.0 * M_PI);
+  for (int i = 0; i < 6; ++i) log_peak -= std::log(llt.matrixLLT()(i, i));
+  return log_peak;
+}
 
-Closure closureOf(const Pose& motion, const Matrix6& covariance) {
-  Closure closure;
-  const Eigen::LLT<Matrix6> llt(covariance);
-  if (llt.info() != Eigen::Success) return closure;
+/// Squared Mahalanobis distance of a motion that should be none.
+double chi2Of(const Pose& motion, const Eigen::LLT<Matrix6>& llt) {
+  if (llt.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
   const Vector6 xi = motionDifference(Pose::Identity(), motion);
   const Vector6 whitened = llt.matrixL().solve(xi);
-  closure.chi2 = whitened.squaredNorm();
-  double log_density = -3.0 * std::log(2.0 * M_PI) - 0.5 * closure.chi2;
-  for (int i = 0; i < 6; ++i) log_density -= std::log(llt.matrixLLT()(i, i));
-  const double log_anywhere = -3.0 * std::log(kExtent) - 3.0 * std::log(2.0 * M_PI);
-  closure.support = std::clamp(log_density - log_anywhere, 0.0, kMaxSupport);
-  return closure;
+  return whitened.squaredNorm();
 }
+
+/// The surest way between two nodes along links that are used.
+class Ways {
+ public:
+  Ways(std::size_t nodes, const std::vector<GraphLink>& links) : links_(links), at_(nodes) {
+    for (const GraphLink& link : links) {
+      const Vector6 variances = link.covariance.diagonal();
+      lengths_.push_back(variances.head<3>().sum() + kExtent * kExtent * variances.tail<3>().sum());
+    }
+  }
+  void add(std::size_t edge) {
+    at_[links_[edge].from].push_back(edge);
+    at_[links_[edge].to].push_back(edge);
+  }
+  /// Whether a link closes with the way between its ends.
+  bool agree(const GraphLink& link) const {
+    Pose T = Pose::Identity();
+    Matrix6 covariance = Matrix6::Zero();
+    std::size_t node = link.from;
+    for (const std::size_t edge : way(link.from, link.to)) {
+      const GraphLink& step = links_[edge];
+      const bool forward = step.from == node;
+      node = forward ? step.to : step.from;
+      const Pose motion = forward ? step.T_to_from : step.T_to_from.inverse();
+      const Matrix6 A = adjoint(motion);
+      // Of a step backwards the covariance is in the frame that it leaves.
+      if (!forward) covariance += step.covariance;
+      covariance = A * covariance * A.transpose();
+      if (forward) covariance += step.covariance;
+      T = motion * T;
+    }
+    covariance += link.covariance;
+    return chi2Of(link.T_to_from * T.inverse(), Eigen::LLT<Matrix6>(covariance)) <= kUnlikelyChi2;
+  }
+
+ private:
+  std::vector<std::size_t> way(std::size_t from, std::size_t to) const {
+    const std::size_t none = links_.size();
+    std::vector<double> reached(at_.size(), std::numeric_limits<double>::infinity());
+    std::vector<std::size_t> by(at_.size(), none);
+    using Open = std::pair<double, std::size_t>;
+    std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
+    reached[from] = 0.0;
+    open.emplace(0.0, from);
+    while (!open.empty() && open.top().second != to) {
+      const auto [length, node] = open.top();
+      open.pop();
+      if (length > reached[node]) continue;
+      for (const std::size_t edge : at_[node]) {
+        const std::size_t next = links_[edge].from == node ? links_[edge].to : links_[edge].from;
+        const double total = length + lengths_[edge];
+        if (total >= reached[next]) continue;
+        reached[next] = total;
+        by[next] = edge;
+        open.emplace(total, next);
+      }
+    }
+    std::vector<std::size_t> edges;
+    for (std::size_t node = to; by[node] != none && node != from;) {
+      edges.push_back(by[node]);
+      node = links_[by[node]].from == node ? links_[by[node]].to : links_[by[node]].from;
+    }
+    std::reverse(edges.begin(), edges.end());
+    return edges;
+  }
+
+  const std::vector<GraphLink>& links_;
+  std::vector<std::vector<std::size_t>> at_;
+  std::vector<double> lengths_;
+};
 
 /// Links between two trees, or within one, that may agree.
 class LinkGroup {
@@ -154,6 +220,11 @@ class LinkGroup {
     }
     // Within a tree the motions are next to none: both ways may be added as they are.
     const bool within = count > 0 && forest.root[ends[0].first] == forest.root[ends[0].second];
+    // How far a wrong link may be off that closes with the way between its own ends.
+    std::vector<Matrix6> cycles;
+    for (std::size_t i = 0; within && i < count; ++i) {
+      cycles.push_back(covariances[i] + forest.wayCovariance(ends[i].first, ends[i].second));
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const Matrix6 A = adjoint(motions[i]);
       for (std::size_t j = 0; j < i; ++j) {
@@ -161,9 +232,18 @@ class LinkGroup {
         Matrix6 covariance = covariances[i] + covariances[j];
         covariance += forest.wayCovariance(ends[i].second, ends[j].second);
         covariance += within ? way : Matrix6(A * way * A.transpose());
-        const Closure closure = closureOf(motions[i] * motions[j].inverse(), covariance);
-        const float support =
-            closure.chi2 > kContradiction ? kContradicts : static_cast<float>(closure.support);
+        const Eigen::LLT<Matrix6> llt(covariance);
+        const double chi2 = chi2Of(motions[i] * motions[j].inverse(), llt);
+        float support = kContradicts;
+        if (chi2 <= kContradiction) {
+          double anywhere = -3.0 * std::log(2.0 * M_PI * kExtent);
+          if (within) {
+            const Matrix6 alone = cycles[i] + cycles[j];
+            anywhere = std::max(anywhere, logPeak(Eigen::LLT<Matrix6>(alone)));
+          }
+          const double gain = logPeak(llt) - 0.5 * chi2 - anywhere;
+          support = static_cast<float>(std::clamp(gain, 0.0, kMaxSupport));
+        }
         supports_[i * count + j] = support;
         supports_[j * count + i] = support;
       }
@@ -171,28 +251,21 @@ class LinkGroup {
   }
 
   /// Members that agree in pairs: the best supported one first, then those that agree with it.
-  std::vector<std::size_t> agreeing(std::vector<std::size_t> candidates) const {
+  /// \param accept  asked of each before it is taken
+  template <typename Accept>
+  std::vector<std::size_t> agreeing(std::vector<std::size_t> candidates,
+                                    const Accept& accept) const {
     std::vector<double> support(members_.size(), 0.0);
-    for (const std::size_t i : candidates) {
-      for (const std::size_t j : candidates) support[i] += std::max(0.0F, of(i, j));
-    }
+    const std::vector<std::size_t> by_from = sortedBy(&GraphLink::from, candidates);
+    const std::vector<std::size_t> by_to = sortedBy(&GraphLink::to, candidates);
+    for (const std::size_t i : candidates) support[i] = supportOf(i, by_from, by_to);
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [&](std::size_t i, std::size_t j) { return support[i] > support[j]; });
     std::vector<std::size_t> chosen;
-    while (!candidates.empty()) {
-      std::size_t best = candidates.front();
-      for (const std::size_t i : candidates) {
-        if (support[i] > support[best]) best = i;
-      }
-      chosen.push_back(best);
-      std::vector<std::size_t> rest;
-      std::vector<std::size_t> out;
-      for (const std::size_t i : candidates) {
-        if (i == best) continue;
-        (of(best, i) == kContradicts ? out : rest).push_back(i);
-      }
-      for (const std::size_t i : rest) {
-        for (const std::size_t j : out) support[i] -= std::max(0.0F, of(i, j));
-      }
-      candidates = std::move(rest);
+    for (const std::size_t i : candidates) {
+      const bool contradicts = std::any_of(chosen.begin(), chosen.end(),
+                                           [&](std::size_t j) { return of(i, j) == kContradicts; });
+      if (!contradicts && accept(i)) chosen.push_back(i);
     }
     return chosen;
   }
@@ -207,6 +280,30 @@ class LinkGroup {
   std::size_t number(std::size_t member) const { return members_[member]; }
 
  private:
+  /// What speaks for a member, each node counted once, on the side that has less: what deceives one
+  /// link deceives those beside it as well.
+  double supportOf(std::size_t i, const std::vector<std::size_t>& by_from,
+                   const std::vector<std::size_t>& by_to) const {
+    const auto sum = [&](const std::vector<std::size_t>& sorted, std::size_t GraphLink::*end) {
+      double total = 0.0;
+      float most = 0.0F;
+      for (std::size_t k = 0; k < sorted.size(); ++k) {
+        if (k > 0 && link(sorted[k]).*end != link(sorted[k - 1]).*end) {
+          total += most;
+          most = 0.0F;
+        }
+        if (sorted[k] != i) most = std::max(most, of(i, sorted[k]));
+      }
+      return total + most;
+    };
+    return std::min(sum(by_from, &GraphLink::from), sum(by_to, &GraphLink::to));
+  }
+  std::vector<std::size_t> sortedBy(std::size_t GraphLink::*end,
+                                    std::vector<std::size_t> members) const {
+    std::stable_sort(members.begin(), members.end(),
+                     [&](std::size_t i, std::size_t j) { return link(i).*end < link(j).*end; });
+    return members;
+  }
   float of(std::size_t i, std::size_t j) const { return supports_[i * members_.size() + j]; }
 
   const std::vector<GraphLink>& links_;
@@ -232,7 +329,8 @@ struct Join {
 };
 
 std::optional<Join> joinOf(const LinkGroup& group) {
-  const std::vector<std::size_t> best = group.agreeing(group.everyMember());
+  const auto any = [](std::size_t) { return true; };
+  const std::vector<std::size_t> best = group.agreeing(group.everyMember(), any);
   std::vector<std::size_t> others;
   for (const std::size_t member : group.everyMember()) {
     if (std::find(best.begin(), best.end(), member) == best.end()) others.push_back(member);
@@ -242,7 +340,7 @@ std::optional<Join> joinOf(const LinkGroup& group) {
     if (group.link(member).strong) evidence = std::max(evidence, kJoiningViews);
   }
   Join join;
-  join.margin = evidence - viewsOf(group, group.agreeing(others));
+  join.margin = evidence - viewsOf(group, group.agreeing(others, any));
   if (join.margin < kJoiningViews) return std::nullopt;
   join.edge = group.number(best.front());
   return join;
@@ -259,15 +357,6 @@ std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> otherLin
     groups[std::minmax(forest.root[links[i].from], forest.root[links[i].to])].push_back(i);
   }
   return groups;
-}
-
-/// Whether a link within a tree agrees with the way between its ends.
-bool agreesWithWay(const Forest& forest, const GraphLink& link) {
-  const Matrix6 A = adjoint(forest.pose[link.to]);
-  const Pose motion = forest.pose[link.to] * link.T_to_from * forest.pose[link.from].inverse();
-  const Matrix6 covariance =
-      A * link.covariance * A.transpose() + forest.wayCovariance(link.from, link.to);
-  return closureOf(motion, covariance).chi2 <= kContradiction;
 }
 
 }  // namespace
@@ -307,19 +396,28 @@ LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& link
   }
 
   const Forest forest(nodes, links, edges);
+  Ways ways(nodes, links);
   LinkChoice choice;
   choice.used.assign(links.size(), 0);
-  for (const std::size_t edge : forest.used) choice.used[edge] = 1;
+  const auto use = [&](std::size_t link) {
+    choice.used[link] = 1;
+    ways.add(link);
+  };
+  for (const std::size_t edge : forest.used) use(edge);
   for (const auto& [trees, members] : otherLinks(forest, links)) {
     if (trees.first != trees.second) continue;
     std::vector<std::size_t> close;
     for (const std::size_t member : members) {
-      if (agreesWithWay(forest, links[member])) close.push_back(member);
+      if (ways.agree(links[member])) close.push_back(member);
     }
     const LinkGroup group(forest, links, std::move(close));
-    for (const std::size_t member : group.agreeing(group.everyMember())) {
-      choice.used[group.number(member)] = 1;
-    }
+    // Links that were accepted make the ways surer, which shows others to be wrong.
+    group.agreeing(group.everyMember(), [&](std::size_t member) {
+      const std::size_t link = group.number(member);
+      if (!ways.agree(links[link])) return false;
+      use(link);
+      return true;
+    });
   }
 
   // Along the fewest links: errors add up least.
