@@ -64,16 +64,18 @@ enum class LinkKind : std::uint8_t {
 
 enum class LinkState : std::uint8_t {
   Used,
-  Rejected,  ///< it contradicts the others
+  Rejected,  ///< it contradicts the others, or there is too little evidence to join components
   Refused,   ///< a person said so (--without-loop)
 };
 
 /// What speaks for a link.
 struct LinkEvidence {
-  std::size_t inliers = 0;  ///< features that agree with it
-  std::size_t matches = 0;  ///< features that look alike
-  double agreement = 0.0;   ///< fraction of the depths both see that agree, the worse of both ways
+  std::size_t inliers = 0;    ///< features that agree with it
+  std::size_t matches = 0;    ///< features that look alike
+  std::size_t off_plane = 0;  ///< inliers beside the plane that holds most of them
+  double agreement = 0.0;  ///< fraction of the depths both see that agree, the worse of both ways
   double seen_through = 0.0;  ///< fraction that lies where the other saw through, the worse
+  double log_odds = 0.0;      ///< natural logarithm of right over wrong, of all this together
 };
 
 /// A measured motion between two submaps, with a covariance (an edge of the pose graph).

@@ -146,12 +146,12 @@ PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& byt
   return image;
 }
 
+/// \param name  of the image, in messages
 /// \throws IoError, InputError if the image has no pixels, or others than its size says
-void writePng(const std::string& path, PngImage& image, Overwrite overwrite) {
+std::vector<std::uint8_t> pngOf(PngImage& image, const std::string& name) {
   if (image.bytes.empty() || image.bytes.size() != image.rowSize() * image.height)
     throw InputError(
-        "an image without pixels, or with others than its size says, cannot be written to " + path);
-  AtomicFile file(path, overwrite);
+        "an image without pixels, or with others than its size says, cannot be written to " + name);
   Context context;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &context, onError, onWarning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
@@ -164,9 +164,24 @@ void writePng(const std::string& path, PngImage& image, Overwrite overwrite) {
     sound = encode(png, info, image, rows.data());
   }
   png_destroy_write_struct(&png, &info);
-  if (!sound) throw IoError(path, "cannot be encoded: " + context.problem);
-  file.write(context.output.data(), context.output.size());
+  if (!sound) throw IoError(name, "cannot be encoded: " + context.problem);
+  return std::move(context.output);
+}
+
+void writePng(const std::string& path, PngImage& image, Overwrite overwrite) {
+  const std::vector<std::uint8_t> bytes = pngOf(image, path);
+  AtomicFile file(path, overwrite);
+  file.write(bytes.data(), bytes.size());
   file.commit();
+}
+
+/// \throws InputError for an image without size or of other than 1 or 3 channels
+PngImage pngImageOf(const Image& image, const std::string& name) {
+  if (image.width <= 0 || image.height <= 0 || (image.channels != 1 && image.channels != 3))
+    throw InputError(
+        "an image of no size, or of other than 1 or 3 channels, cannot be written to " + name);
+  return {static_cast<std::uint32_t>(image.width), static_cast<std::uint32_t>(image.height),
+          image.channels, 1, image.pixels};
 }
 
 struct CloseDecoder {
@@ -302,12 +317,14 @@ Image readImageSize(const std::string& path) {
 }
 
 void writeImage(const std::string& path, const Image& image, Overwrite overwrite) {
-  if (image.width <= 0 || image.height <= 0 || (image.channels != 1 && image.channels != 3))
-    throw InputError(
-        "an image of no size, or of other than 1 or 3 channels, cannot be written to " + path);
-  PngImage png{static_cast<std::uint32_t>(image.width), static_cast<std::uint32_t>(image.height),
-               image.channels, 1, image.pixels};
+  PngImage png = pngImageOf(image, path);
   writePng(path, png, overwrite);
+}
+
+std::vector<std::uint8_t> encodePng(const Image& image) {
+  const std::string name = "a PNG image";
+  PngImage png = pngImageOf(image, name);
+  return pngOf(png, name);
 }
 
 DepthImage readDepthPng(const std::string& path) {

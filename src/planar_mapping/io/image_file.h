@@ -41,6 +41,10 @@ PLANAR_MAPPING_EXPORT Image readImageSize(const std::string& path);
 PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& image,
                                       Overwrite overwrite = Overwrite::Refuse);
 
+/// The bytes of a PNG file.
+/// \throws InputError as writeImage()
+PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> encodePng(const Image& image);
+
 /// Luminance (BT.601) of an image; one that is not RGB is returned as it is.
 /// \throws InputError if sizes disagree
 PLANAR_MAPPING_EXPORT Image toGray(const Image& image);

@@ -82,8 +82,8 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
 
 /// Positions of up to `count` detections: the strongest of each cell of a grid over the image
 /// first, then the strongest of the rest. Ascending.
-std::vector<std::size_t> spreadEvenly(const std::vector<Detection>& detections, int width,
-                                      int height, int count);
+PLANAR_MAPPING_EXPORT std::vector<std::size_t> spreadEvenly(
+    const std::vector<Detection>& detections, int width, int height, int count);
 
 /// SURF. \param threshold  of the determinant of the Hessian
 DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold);

@@ -1,0 +1,277 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "planar_mapping/atlas/keyframe_cells.h"
+#include "planar_mapping/atlas/link_consistency.h"
+#include "planar_mapping/atlas/place_finder.h"
+#include "planar_mapping/base/random.h"
+#include "planar_mapping/localization/odometry/motion_estimation.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr float kRatio = 0.9F;        // of distances, best over second best
+constexpr double kSearchRadius = 12;  // pixels around where a feature is expected
+// Features are found in a reduced image.
+constexpr double kPixelError = 1.0;
+constexpr std::size_t kMinInliers = 12;
+// Beyond these the evidence of a link is not enough: fitted, see linkLogOdds().
+constexpr double kMinLogOdds = 2.0;
+// Errors that features share, so that many of them do not average them out.
+constexpr double kSharedDepthError = 0.005;  // of the median depth
+constexpr double kSharedTurn = 0.002;        // radians
+
+/// Descriptors as rows of whole numbers, whose products floats hold exactly.
+using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+Rows rowsOf(const Keyframe& key) {
+  const std::size_t bytes = key.descriptor_bytes;
+  Rows rows(static_cast<Eigen::Index>(key.sightings.size()), static_cast<Eigen::Index>(2 * bytes));
+  for (std::size_t i = 0; i < key.sightings.size(); ++i) {
+    for (std::size_t k = 0; k < bytes; ++k) {
+      const std::uint8_t both = key.descriptors[i * bytes + k];
+      const auto row = static_cast<Eigen::Index>(i);
+      rows(row, static_cast<Eigen::Index>(2 * k)) = static_cast<float>(both & 15U);
+      rows(row, static_cast<Eigen::Index>(2 * k + 1)) = static_cast<float>(both >> 4U);
+    }
+  }
+  return rows;
+}
+
+/// Squared distances between all rows of one and of the other.
+Rows distancesBetween(const Rows& a, const Rows& b) {
+  Rows distances = -2.0F * (a * b.transpose());
+  distances.colwise() += a.rowwise().squaredNorm();
+  distances.rowwise() += b.rowwise().squaredNorm().transpose();
+  return distances;
+}
+
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// The best of each other, clearly better than the second best.
+Pairs mutualMatches(const Rows& distances) {
+  Pairs pairs;
+  for (Eigen::Index i = 0; i < distances.rows(); ++i) {
+    Eigen::Index best = 0;
+    const float least = distances.row(i).minCoeff(&best);
+    float second = -1.0F;
+    for (Eigen::Index j = 0; j < distances.cols(); ++j) {
+      if (j != best && (second < 0.0F || distances(i, j) < second)) second = distances(i, j);
+    }
+    if (second >= 0.0F && least >= kRatio * kRatio * second) continue;
+    if (distances.col(best).minCoeff() < least) continue;
+    pairs.emplace_back(i, best);
+  }
+  return pairs;
+}
+
+FeatureCamera checkedCamera(FeatureCamera camera) {
+  camera.pixel_error = std::max(camera.pixel_error, kPixelError);
+  return camera;
+}
+
+std::vector<FeatureMatch> featureMatches(const Keyframe& a, const Keyframe& b, const Pairs& pairs) {
+  const FeatureCamera camera = checkedCamera(a.camera);
+  std::vector<FeatureMatch> matches;
+  matches.reserve(pairs.size());
+  for (const auto& [i, j] : pairs) {
+    const FeatureSighting& before = a.sightings[i];
+    matches.push_back(
+        {backProject(camera, before), positionCovariance(camera, before), b.sightings[j]});
+  }
+  return matches;
+}
+
+/// Each feature of one with the most alike near where the other should see it.
+Pairs guidedMatches(const Keyframe& a, const Keyframe& b, const Rows& distances, const Pose& T_b_a,
+                    std::size_t& expected) {
+  Pairs pairs;
+  expected = 0;
+  for (std::size_t i = 0; i < a.sightings.size(); ++i) {
+    const Vector3 point = T_b_a * backProject(a.camera, a.sightings[i]);
+    if (point.z() <= 0.0) continue;
+    const FeatureSighting seen = project(b.camera, point);
+    if (seen.column < 0.0 || seen.row < 0.0 || seen.column >= b.width || seen.row >= b.height)
+      continue;
+    ++expected;
+    const auto row = static_cast<Eigen::Index>(i);
+    std::size_t best = b.sightings.size();
+    for (std::size_t j = 0; j < b.sightings.size(); ++j) {
+      const double off =
+          std::hypot(b.sightings[j].column - seen.column, b.sightings[j].row - seen.row);
+      if (off > kSearchRadius) continue;
+      if (best == b.sightings.size() || distances(row, static_cast<Eigen::Index>(j)) <
+                                            distances(row, static_cast<Eigen::Index>(best)))
+        best = j;
+    }
+    // Not where it resembles another feature of that image far more.
+    if (best == b.sightings.size()) continue;
+    constexpr float kSlack = 1.2F;
+    if (distances(row, static_cast<Eigen::Index>(best)) >
+        kSlack * kSlack * distances.row(row).minCoeff())
+      continue;
+    pairs.emplace_back(i, best);
+  }
+  return pairs;
+}
+
+/// Inliers that are not on the plane which holds most of them.
+std::size_t offPlane(const std::vector<FeatureMatch>& matches, const MotionEstimate& motion,
+                     Random& random) {
+  std::vector<const FeatureMatch*> points;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (motion.is_inlier[i] != 0) points.push_back(&matches[i]);
+  }
+  constexpr int kDraws = 50;
+  constexpr double kSigmas = 3.0;
+  const auto any = [&]() -> const Vector3& {
+    return points[random.below(static_cast<std::uint32_t>(points.size()))]->before;
+  };
+  std::ptrdiff_t most = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Vector3 first = any();
+    const Vector3 along = any() - first;
+    const Vector3 normal = along.cross(any() - first).normalized();
+    if (!normal.allFinite() || normal.isZero()) continue;
+    const auto on = std::count_if(points.begin(), points.end(), [&](const FeatureMatch* match) {
+      const double distance = normal.dot(match->before - first);
+      return distance * distance <= kSigmas * kSigmas * normal.dot(match->covariance * normal);
+    });
+    most = std::max(most, on);
+  }
+  return points.size() - static_cast<std::size_t>(most);
+}
+
+/// Depths of one keyframe beside what the other measured there.
+struct DepthAgreement {
+  std::size_t compared = 0;
+  std::size_t agreeing = 0;
+  std::size_t through = 0;  ///< the other saw farther there
+
+  double agreement() const {
+    return compared == 0 ? 0.0 : static_cast<double>(agreeing) / static_cast<double>(compared);
+  }
+  /// One of few cells says less than many of many.
+  double seenThrough() const {
+    return (static_cast<double>(through) + 1.0) / (static_cast<double>(compared) + 20.0);
+  }
+};
+
+DepthAgreement depthsBeside(const Keyframe& a, const Keyframe& b, const Pose& T_b_a) {
+  constexpr double kSigmas = 3.0;
+  constexpr double kRelative = 0.03;  // of the depth: pose, slope within a cell
+  const detail::KeyframeCells from(a);
+  const detail::KeyframeCells to(b);
+  DepthAgreement result;
+  for (int row = 0; row < from.down(); row += 2) {
+    for (int column = 0; column < from.across(); column += 2) {
+      const FeatureSighting sighting = from.middle(column, row);
+      if (sighting.inverse_depth <= 0.0) continue;
+      const Vector3 point = T_b_a * backProject(a.camera, sighting);
+      if (point.z() <= 0.0) continue;
+      const FeatureSighting seen = project(b.camera, point);
+      if (!to.contains(seen.column, seen.row)) continue;
+      const double z = point.z();
+      const double sigma = std::hypot(b.camera.depthError(z), a.camera.depthError(z)) / (z * z);
+      const double tolerance = kSigmas * sigma + kRelative / z;
+      const int x = to.columnOf(seen.column);
+      const int y = to.rowOf(seen.row);
+      bool any = false;
+      bool agrees = false;
+      bool farther = true;
+      for (int v = std::max(0, y - 1); v <= std::min(to.down() - 1, y + 1); ++v) {
+        for (int u = std::max(0, x - 1); u <= std::min(to.across() - 1, x + 1); ++u) {
+          const double measured = to.depth(u, v);
+          if (measured <= 0.0) continue;
+          any = true;
+          agrees = agrees || std::abs(measured - seen.inverse_depth) <= tolerance;
+          farther = farther && measured < seen.inverse_depth - tolerance;
+        }
+      }
+      if (!any) continue;
+      ++result.compared;
+      if (agrees) ++result.agreeing;
+      if (farther) ++result.through;
+    }
+  }
+  return result;
+}
+
+double medianDepth(const Keyframe& key) {
+  std::vector<double> depths;
+  for (const FeatureSighting& sighting : key.sightings)
+    depths.push_back(1.0 / sighting.inverse_depth);
+  if (depths.empty()) return 0.0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+/// How much likelier a link is right than wrong (natural logarithm).
+double linkLogOdds(std::size_t off_plane, double seen_again, double through, double agreement) {
+  return -4.76 + 0.79 * std::min(3.0, std::log1p(static_cast<double>(off_plane))) +
+         7.07 * seen_again - 1.57 * std::log(std::max(through, 0.005) / 0.05) +
+         2.05 * (agreement - 0.5);
+}
+
+}  // namespace
+
+std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
+  if (a.sightings.size() < kMinInliers || b.sightings.size() < kMinInliers) return std::nullopt;
+  if (a.descriptor_bytes != b.descriptor_bytes) return std::nullopt;
+  const Rows distances = distancesBetween(rowsOf(a), rowsOf(b));
+  const FeatureCamera camera = checkedCamera(b.camera);
+  MotionParams params;
+  params.min_matches = static_cast<int>(kMinInliers);
+  params.min_inliers = static_cast<int>(kMinInliers) / 2;
+  params.min_inlier_fraction = 0.0;
+  // Only errors that features share limit how far away a link may see.
+  params.max_translation_error = 0.1 * std::max(1.0, medianDepth(b));
+  Random random(Random::kDefaultSeed);
+  const MotionEstimate first =
+      estimateMotion(featureMatches(a, b, mutualMatches(distances)), camera, params, random);
+  if (!first.found()) return std::nullopt;
+
+  std::size_t expected = 0;
+  const Pairs pairs = guidedMatches(a, b, distances, first.T_now_before, expected);
+  const std::vector<FeatureMatch> matches = featureMatches(a, b, pairs);
+  params.min_inliers = static_cast<int>(kMinInliers);
+  const MotionEstimate motion =
+      estimateMotion(matches, camera, params, random, &first.T_now_before);
+  if (!motion.found()) return std::nullopt;
+
+  const Pose& T_b_a = motion.T_now_before;
+  const DepthAgreement forward = depthsBeside(a, b, T_b_a);
+  const DepthAgreement back = depthsBeside(b, a, T_b_a.inverse());
+  Link link;
+  link.kind = LinkKind::Loop;
+  link.from_submap = a.submap;
+  link.to_submap = b.submap;
+  link.from_keyframe = a.id;
+  link.to_keyframe = b.id;
+  link.evidence.inliers = motion.inliers;
+  link.evidence.matches = matches.size();
+  link.evidence.off_plane = offPlane(matches, motion, random);
+  link.evidence.agreement = std::min(forward.agreement(), back.agreement());
+  link.evidence.seen_through = std::max(forward.seenThrough(), back.seenThrough());
+  link.evidence.log_odds = linkLogOdds(
+      link.evidence.off_plane, static_cast<double>(motion.inliers) / static_cast<double>(expected),
+      link.evidence.seen_through, link.evidence.agreement);
+  if (link.evidence.log_odds < kMinLogOdds) return std::nullopt;
+
+  link.T_to_from = b.T_submap_keyframe * T_b_a * a.T_submap_keyframe.inverse();
+  Vector6 shared;
+  shared << Vector3::Constant(std::pow(kSharedDepthError * medianDepth(b), 2)),
+      Vector3::Constant(kSharedTurn * kSharedTurn);
+  const Matrix6 covariance = motion.covariance + Matrix6(shared.asDiagonal());
+  const Matrix6 A = detail::adjoint(b.T_submap_keyframe);
+  const Matrix6 turned = A * covariance * A.transpose();
+  link.covariance = 0.5 * (turned + turned.transpose());
+  return link;
+}
+
+}  // namespace planar_mapping
