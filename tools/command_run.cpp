@@ -270,6 +270,12 @@ void addRunCommand(CLI::App& app, int& exit_code) {
       "Finish an interrupted run: its frames are processed again, and what it has saved stays "
       "until the map is as large");
   resume->excludes("--force");
+  command->add_option("--atlas", arguments->options.atlas,
+                      "File of an atlas to be made, or to go on in: submaps, loops, sessions");
+  command
+      ->add_option("--submap-frames", arguments->options.submap_frames,
+                   "With --atlas: frames after which a submap is closed")
+      ->check(CLI::Range(1, 1000000));
   command->add_flag("--strict", arguments->strict, "Exit code 5 if the result is degraded");
   command->add_flag("-v,--verbose", arguments->verbose, "Show run.log as it comes about");
   command->add_flag("--json", arguments->json, "Print metrics.json instead of a summary");

@@ -158,8 +158,11 @@ std::vector<Frame> Pipeline::runSensing(Frame& frame) {
 /// Beliefs (III-D, E), cuboids (III-F), map (IV).
 FrameReport Pipeline::integrate(Frame& frame) {
   const Clock::time_point start = Clock::now();
-  frame.map = &map_;
+  frame.map = &mapFor(frame);
   for (std::size_t i = integration_; i < configuration_.stages.size(); ++i) runStage(i, frame);
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  if (atlas_ && frame.inserted) addToAtlas(frame);
+#endif
   FrameReport result = report(frame);
   result.frame_ms = frame.sensing_ms + millisecondsSince(start);
   return result;
@@ -318,8 +321,80 @@ void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
   params.origin = origin_.value_or(Vector3::Zero());
   if (frame.starts_world) params.frame = MapFrame::Start;
   if (frame.without_sensor) params.unknown_space = false;
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  if (atlas_plan_) {
+    atlas_ =
+        std::make_unique<AtlasBuilder>(atlas_plan_->params, params, std::move(atlas_plan_->session),
+                                       std::move(atlas_plan_->known));
+    atlas_plan_.reset();
+    atlas_->mapFor(Pose::Identity());
+  }
+#endif
   map_ = PlanarMap(params);
 }
+
+PlanarMap& Pipeline::mapFor(const Frame& frame) {
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  if (atlas_ && frame.skip_reason.empty()) return atlas_->mapFor(frame.T_world_sensor);
+#endif
+  static_cast<void>(frame);
+  return map_;
+}
+
+const PlanarMap& Pipeline::map() const {
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  if (atlas_) return atlas_->map();
+#endif
+  return map_;
+}
+
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+void Pipeline::keepAtlas(const SubmapParams& params, AtlasSession session, AtlasData known) {
+  atlas_plan_ = AtlasPlan{params, std::move(session), std::move(known)};
+}
+
+void Pipeline::addToAtlas(Frame& frame) {
+  AtlasBuilder::Seen seen;
+  seen.frame = frame.number;
+  seen.source = frame.source;
+  seen.timestamp = frame.timestamp;
+  seen.T_session_sensor = frame.T_world_sensor;
+  if (frame.motion && !frame.pose_taken) seen.step_covariance = frame.motion->covariance;
+  const io::Image& left = frame.images.left;
+  const bool shows_the_cloud = frame.camera && !left.empty() && frame.cloud->isOrganized() &&
+                               left.width == static_cast<int>(frame.cloud->width) &&
+                               left.height == static_cast<int>(frame.cloud->height);
+  io::Image gray;
+  if (shows_the_cloud) {
+    gray = io::toGray(left);
+    seen.gray = &gray;
+    seen.cloud = pointsOf(*frame.cloud);
+    seen.camera.fx = frame.camera->fx;
+    seen.camera.fy = frame.camera->fy;
+    seen.camera.cx = frame.camera->cx;
+    seen.camera.cy = frame.camera->cy;
+    if (frame.baseline) {
+      StereoNoise noise;
+      noise.baseline = *frame.baseline;
+      noise.focal_length = frame.camera->fx;
+      seen.camera.depth_error_growth = noise.depthError(1.0);
+    }
+  }
+  const AtlasBuilder::Update update = atlas_->add(seen);
+  for (const std::int64_t id : update.links) {
+    const Link& link = atlas_->data().links[static_cast<std::size_t>(id)];
+    const char* const states[] = {"used", "not used: others contradict it, or too few agree"};
+    frame.notes.push_back(frame.source + ": loop " + std::to_string(id) + " between submaps " +
+                          std::to_string(link.from_submap) + " and " +
+                          std::to_string(link.to_submap) + ", " +
+                          std::to_string(link.evidence.inliers) + " features, " +
+                          states[link.state == LinkState::Used ? 0 : 1]);
+  }
+  if (!update.moved.empty())
+    frame.notes.push_back(frame.source + ": " + std::to_string(update.moved.size()) +
+                          " submaps moved");
+}
+#endif
 
 /// Coordinates of countries and the Earth are too large for cells: the map gets an origin of its
 /// own next to the first pose.
@@ -380,10 +455,12 @@ std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
 }
 
 FrameReport Pipeline::report(const Frame& frame) {
+  const PlanarMap& map = *frame.map;
+  if (map.frames() < counted_frames_) counted_frames_ = 0;  // the next submap
   // Counting takes as long as many frames once the map is large.
-  if (2 * map_.frames() >= 3 * counted_frames_ && map_.frames() > counted_frames_) {
-    counted_frames_ = map_.frames();
-    cuboids_ = map_.cuboidCountAtMost();
+  if (2 * map.frames() >= 3 * counted_frames_ && map.frames() > counted_frames_) {
+    counted_frames_ = map.frames();
+    cuboids_ = map.cuboidCountAtMost();
   }
   FrameReport report;
   report.number = frame.number;
@@ -411,7 +488,10 @@ FrameReport Pipeline::report(const Frame& frame) {
   report.planes_new = frame.update.planes_new;
   report.planes_matched = frame.update.planes_matched;
   report.cuboids = cuboids_;
-  report.map_bytes = map_.memoryBytes();
+  report.map_bytes = map.memoryBytes();
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  if (atlas_) report.map_bytes += atlas_->memoryBytes();
+#endif
   return report;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,6 +13,9 @@
 #include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame.h"
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+#include "planar_mapping/atlas/atlas_builder.h"
+#endif
 
 namespace planar_mapping {
 
@@ -38,7 +42,7 @@ struct FrameReport {
   std::size_t planes = 0;
   std::size_t planes_new = 0;
   std::size_t planes_matched = 0;
-  /// In the map, PlanarMap::cuboidCountAtMost(): of the last of the frames after which they were
+  /// In the map, or the submap, PlanarMap::cuboidCountAtMost(): of the last of the frames after which they were
   /// counted, which get rarer as the map grows.
   std::size_t cuboids = 0;
   std::size_t map_bytes = 0;
@@ -92,9 +96,23 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// each.
   std::vector<std::pair<Frame, FrameReport>> takePlacedAgain();
 
-  const PlanarMap& map() const { return map_; }
+  /// Of all submaps that are joined with those of this run, where keepAtlas() was called; no other
+  /// thread may run a part of a frame then.
+  const PlanarMap& map() const;
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  /// The map is made of submaps, places are recognised by the images, and loops move the submaps.
+  /// Before the first frame.
+  /// \param known  what earlier runs left
+  void keepAtlas(const SubmapParams& params, AtlasSession session, AtlasData known = {});
+  /// Null without keepAtlas(), and before the first frame in the map.
+  AtlasBuilder* atlas() const {
+    return atlas_.get();
+  }
+#endif
   /// With the values that `auto` took, once a frame has been processed.
-  const Configuration& configuration() const { return configuration_; }
+  const Configuration& configuration() const {
+    return configuration_;
+  }
   /// Whether any stage is of this kind.
   bool hasStage(StageKind kind) const;
 
@@ -116,8 +134,20 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   std::vector<Frame> tryAgain();
   FrameReport report(const Frame& frame);
 
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  void addToAtlas(Frame& frame);
+  struct AtlasPlan {
+    SubmapParams params;
+    AtlasSession session;
+    AtlasData known;
+  };
+  std::optional<AtlasPlan> atlas_plan_;  ///< until the map begins
+  std::unique_ptr<AtlasBuilder> atlas_;
+#endif
+  PlanarMap& mapFor(const Frame& frame);
+
   Configuration configuration_;
-  PlanarMap map_;
+  PlanarMap map_;                    ///< without an atlas
   std::size_t images_size_ = 0;      ///< stages before the first that is no Images stage
   std::size_t front_end_size_ = 0;   ///< stages through the last Images or Features stage
   std::size_t sensing_size_ = 0;     ///< and through the last Motion stage

@@ -9,6 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+#include "planar_mapping/atlas/atlas_store.h"
+#endif
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/parallel.h"
 #include "planar_mapping/io/map_json.h"
@@ -71,6 +74,7 @@ class Run {
     for (const std::string& input : source_.names()) log("input " + input);
     for (const std::string& note : source_.notes()) log("input: " + note);
     if (const std::optional<ImagesUp> up = source_.meanUp()) pipeline_.setMeanUp(*up);
+    if (!options_.atlas.empty()) openAtlas();
     try {
       processFrames();
     } catch (const Error& error) {
@@ -144,6 +148,42 @@ class Run {
         (all ? " of " + std::to_string(*all) : std::string()) + " frames");
   }
 
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  void openAtlas() {
+    if (options_.resume)
+      throw InputError(options_.atlas + ": a run with an atlas cannot be resumed; run it again");
+    const int threads = pipeline_.configuration().settings.threads;
+    AtlasData known;
+    if (fs::exists(options_.atlas)) known = loadAtlas(options_.atlas, threads);
+    SubmapParams params;
+    params.frames = options_.submap_frames;
+    AtlasSession session;
+    for (const std::string& name : source_.names())
+      session.source += (session.source.empty() ? "" : ", ") + name;
+    session.configuration = effectiveYaml(pipeline_.configuration());
+    pipeline_.keepAtlas(params, std::move(session), std::move(known));
+  }
+
+  void saveAtlasOf(AtlasBuilder& atlas) {
+    try {
+      saveAtlas(atlas.data(), options_.atlas, io::Overwrite::Allow);
+    } catch (const IoError& error) {
+      throw OutputError(error.what());
+    }
+    const AtlasData& data = atlas.data();
+    const auto loops = std::count_if(data.links.begin(), data.links.end(), [](const Link& link) {
+      return link.kind == LinkKind::Loop && link.state == LinkState::Used;
+    });
+    log("atlas " + options_.atlas + ": " + std::to_string(data.submaps.size()) + " submaps, " +
+        std::to_string(data.keyframes.size()) + " keyframes, " + std::to_string(loops) +
+        " loops used");
+  }
+#else
+  void openAtlas() {
+    throw InputError(options_.atlas + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
+  }
+#endif
+
   /// Whether a frame is read and its images are matched, another one sensed, and one integrated at
   /// the same time: with more than one thread, where the frames are there already.
   bool worksAhead() const {
@@ -187,10 +227,10 @@ class Run {
     for (Frame& frame : frames) {
       FrameReport report = pipeline_.integrate(frame);
       if (frame.again) {
-        statistics_.addAgain(report, frame, pipeline_.map());
+        statistics_.addAgain(report, frame, *frame.map);
       } else {
         report.read_ms = read_ms;
-        statistics_.add(report, frame, pipeline_.map());
+        statistics_.add(report, frame, *frame.map);
       }
       done.push_back({std::move(frame), std::move(report)});
     }
@@ -312,9 +352,14 @@ class Run {
     files.emplace_back("metrics.json", result_.metrics_json);
     files.emplace_back("map.pmap", std::move(bytes));
     directory_.commit(files);
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+    if (pipeline_.atlas() != nullptr && !on_the_way) saveAtlasOf(*pipeline_.atlas());
+#endif
   }
 
-  bool mayReplace() const { return statistics_.frames() >= earlier_frames_; }
+  bool mayReplace() const {
+    return statistics_.frames() >= earlier_frames_;
+  }
 
   void requireMap() const {
     if (statistics_.usedFrames() > 0) return;
@@ -325,7 +370,9 @@ class Run {
                      (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
 
-  bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
+  bool stopRequested() const {
+    return options_.stop != nullptr && *options_.stop;
+  }
   void log(const std::string& line) {
     log_text_ += line + "\n";
     if (options_.log) options_.log(line);

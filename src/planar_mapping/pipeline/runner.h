@@ -24,6 +24,12 @@ struct RunOptions {
   /// Everything is saved so often while the run goes on, >= 0, or more rarely where saving takes
   /// more than a tenth of the time; 0 = after each frame. What a killed run has saved is whole.
   double checkpoint_s = 30.0;
+  /// File of an atlas, which the run makes, or goes on in where it exists: the map is made of
+  /// submaps, places are recognised by the images, loops are closed, and all is joined with what
+  /// earlier runs left in the file. It is saved with the results at the end. Empty = none. Not with
+  /// `resume`.
+  std::string atlas;
+  int submap_frames = 20;                   ///< after which a submap is closed, >= 1
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save
   /// Called after each frame: frames done, frames in all (0 = not known), the frame.
   std::function<void(std::size_t, std::size_t, const FrameReport&)> progress;

@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/atlas/atlas_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "planar_mapping/atlas/keyframe_maker.h"
+#include "planar_mapping/atlas/pose_graph.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/angles.h"
+
+namespace planar_mapping {
+namespace {
+
+/// Views that differ by less show the same place from the same side.
+constexpr double kKeyframeStep = 0.25;                      // metres
+constexpr double kKeyframeTurn = 15.0 * kRadiansPerDegree;  // radians
+constexpr std::size_t kCandidates = 4;                      // keyframes checked for each new one
+/// Of a given pose, and of what a motion's covariance does not say: calibration, time stamps.
+constexpr double kLeastShift = 0.005;  // metres, a step
+constexpr double kLeastTurn = 0.001;   // radians, a step
+
+/// What a small motion in the sensor's frame is in the frame the pose leads to; see Matrix6.
+Matrix6 adjointOf(const Pose& pose) {
+  const Vector3 t = pose.translation();
+  Matrix3 cross;
+  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
+  Matrix6 adjoint = Matrix6::Zero();
+  adjoint.topLeftCorner<3, 3>() = pose.linear();
+  adjoint.bottomRightCorner<3, 3>() = pose.linear();
+  adjoint.topRightCorner<3, 3>() = cross * pose.linear();
+  return adjoint;
+}
+
+std::int64_t nextId(const std::vector<Submap>& rows) {
+  return rows.empty() ? 0 : rows.back().id + 1;
+}
+
+}  // namespace
+
+void SubmapParams::validate() const {
+  if (frames < 1) throw ParameterError("SubmapParams: frames must be at least 1");
+  if (!(path > 0.0)) throw ParameterError("SubmapParams: path must be above 0");
+}
+
+AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& map,
+                           AtlasSession session, AtlasData known)
+    : params_(params), map_params_(map), data_(std::move(known)) {
+  params_.validate();
+  session.id = data_.sessions.empty() ? 0 : data_.sessions.back().id + 1;
+  session_ = session.id;
+  data_.sessions.push_back(std::move(session));
+  for (const Keyframe& key : data_.keyframes) places_.add(key);
+}
+
+PlanarMap& AtlasBuilder::mapFor(const Pose& T_session_sensor) {
+  const bool is_full = open_ && (open_->frames() >= static_cast<std::size_t>(params_.frames) ||
+                                 path_ >= params_.path);
+  if (!open_ || is_full) begin(T_session_sensor);
+  is_joined_ = false;
+  return *open_;
+}
+
+/// The next submap lies where the last one of the session does: what moved that moved all after it.
+void AtlasBuilder::begin(const Pose& T_session_sensor) {
+  Submap next;
+  next.id = nextId(data_.submaps);
+  next.session = session_;
+  next.component = next.id;
+  if (open_) {
+    closed_bytes_ += open_->memoryBytes();
+    const Submap& last = data_.submaps.back();
+    joined_.set(static_cast<std::int32_t>(last.id), last.map, last.T_world_submap);
+    next.component = last.component;
+    next.T_world_submap = last.T_world_submap;
+    Link link;
+    link.id = data_.links.empty() ? 0 : data_.links.back().id + 1;
+    link.kind = LinkKind::Neighbour;
+    link.from_submap = last.id;
+    link.to_submap = next.id;
+    const Matrix6 adjoint = adjointOf(T_session_sensor);
+    link.covariance = adjoint * drift_ * adjoint.transpose();
+    data_.links.push_back(link);
+  }
+  open_ = std::make_shared<PlanarMap>(map_params_);
+  next.map = open_;
+  data_.submaps.push_back(std::move(next));
+  last_keyframe_.reset();
+  path_ = 0.0;
+  drift_.setZero();
+}
+
+AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
+  Update update;
+  if (last_frame_) {
+    const Pose step = seen.T_session_sensor.inverse() * *last_frame_;
+    path_ += step.translation().norm();
+    const Matrix6 moved = adjointOf(step);
+    Vector6 least;
+    least << Vector3::Constant(kLeastShift), Vector3::Constant(kLeastTurn);
+    drift_ = moved * drift_ * moved.transpose();
+    drift_.diagonal() += least.cwiseAbs2();
+    if (seen.step_covariance) drift_ += *seen.step_covariance;
+  }
+  last_frame_ = seen.T_session_sensor;
+  if (seen.gray == nullptr) return update;
+  if (last_keyframe_) {
+    const Pose since = last_keyframe_->inverse() * seen.T_session_sensor;
+    if (since.translation().norm() < kKeyframeStep && rotationAngle(since.linear()) < kKeyframeTurn)
+      return update;
+  }
+  Keyframe key = makeKeyframe(*seen.gray, seen.cloud, seen.camera);
+  key.id = data_.keyframes.empty() ? 0 : data_.keyframes.back().id + 1;
+  key.submap = data_.submaps.back().id;
+  key.frame = seen.frame;
+  key.source = seen.source;
+  key.timestamp = seen.timestamp;
+  key.T_submap_keyframe = seen.T_session_sensor;
+  last_keyframe_ = seen.T_session_sensor;
+  update.links = findLoops(key);
+  places_.add(key);
+  data_.keyframes.push_back(std::move(key));
+  if (update.links.empty()) return update;
+  update.moved = solvePoseGraph(data_).moved;
+  is_joined_ = is_joined_ && update.moved.empty();
+  return update;
+}
+
+std::vector<std::int64_t> AtlasBuilder::findLoops(const Keyframe& key) {
+  std::vector<std::int64_t> found;
+  std::vector<std::int64_t> neighbours;
+  for (const Link& link : data_.links)
+    if (link.kind == LinkKind::Neighbour && link.to_submap == key.submap)
+      neighbours.push_back(link.from_submap);
+  for (const std::int64_t candidate : places_.candidates(key, kCandidates, neighbours)) {
+    const auto other =
+        std::lower_bound(data_.keyframes.begin(), data_.keyframes.end(), candidate,
+                         [](const Keyframe& one, std::int64_t id) { return one.id < id; });
+    std::optional<Link> link = PlaceFinder::verify(key, *other);
+    if (!link) continue;
+    link->id = data_.links.empty() ? 0 : data_.links.back().id + 1;
+    found.push_back(link->id);
+    data_.links.push_back(std::move(*link));
+  }
+  return found;
+}
+
+const PlanarMap& AtlasBuilder::map() {
+  updateJoined();
+  return joined_.map();
+}
+
+void AtlasBuilder::updateJoined() {
+  if (is_joined_ || !open_) return;
+  const std::int64_t component = data_.submaps.back().component;
+  for (const Submap& submap : data_.submaps) {
+    const auto id = static_cast<std::int32_t>(submap.id);
+    if (submap.component != component) {
+      if (joined_.contains(id)) joined_.remove(id);
+    } else if (submap.map == open_) {
+      joined_.set(id, std::make_shared<const PlanarMap>(*open_), submap.T_world_submap);
+    } else if (joined_.contains(id)) {
+      joined_.move(id, submap.T_world_submap);
+    } else {
+      joined_.set(id, submap.map, submap.T_world_submap);
+    }
+  }
+  is_joined_ = true;
+}
+
+const AtlasData& AtlasBuilder::data() {
+  return data_;
+}
+
+std::size_t AtlasBuilder::memoryBytes() const {
+  return closed_bytes_;
+}
+
+}  // namespace planar_mapping

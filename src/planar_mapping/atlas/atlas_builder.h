@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/atlas/atlas_data.h"
+#include "planar_mapping/atlas/place_finder.h"
+#include "planar_mapping/base/export.h"
+#include "planar_mapping/io/image_file.h"
+#include "planar_mapping/map/joined_map.h"
+
+namespace planar_mapping {
+
+/// When a submap is closed and the next one begun; whichever comes first.
+struct PLANAR_MAPPING_EXPORT SubmapParams {
+  int frames = 20;     ///< it has as many, >= 1
+  double path = 10.0;  ///< the sensor's path in it is as long, metres, > 0
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// Cuts a session into submaps while it is mapped, recognises places, and keeps the poses of the
+/// submaps in agreement with the links that are found.
+///
+/// Poses of frames are in the frame of the session and may drift: a loop moves submaps, not frames.
+/// One thread at a time.
+class PLANAR_MAPPING_EXPORT AtlasBuilder {
+ public:
+  /// \param map      of each submap
+  /// \param session  its id is given here
+  /// \param known    earlier sessions, which this one may find itself in; empty = none
+  /// \throws ParameterError
+  AtlasBuilder(const SubmapParams& params, const PlanarMapParams& map, AtlasSession session,
+               AtlasData known = {});
+
+  /// The map that a frame of this pose is to be inserted into.
+  PlanarMap& mapFor(const Pose& T_session_sensor);
+
+  /// A frame that was inserted into mapFor() its pose.
+  struct Seen {
+    std::size_t frame = 0;  ///< number in its input
+    std::string source;     ///< file it came from
+    double timestamp = 0.0;
+    Pose T_session_sensor = Pose::Identity();
+    /// Of the motion since the frame before; see Matrix6. Absent = the poses are given.
+    std::optional<Matrix6> step_covariance;
+    const io::Image* gray = nullptr;  ///< null = no place is recognised by it
+    PointsView cloud;                 ///< organized, of the size of the image
+    FeatureCamera camera;
+  };
+  /// What became known by a frame.
+  struct Update {
+    std::vector<std::int64_t> links;  ///< loops that were found
+    std::vector<std::int64_t> moved;  ///< submaps
+  };
+  Update add(const Seen& seen);
+
+  /// All submaps that links join with those of this session, as one map. Valid until the next call
+  /// of mapFor().
+  /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
+  const PlanarMap& map();
+  /// Everything so far, the open submap included.
+  const AtlasData& data();
+  std::size_t memoryBytes() const;  ///< of the closed submaps of this session
+
+ private:
+  void begin(const Pose& T_session_sensor);
+  void updateJoined();
+  std::vector<std::int64_t> findLoops(const Keyframe& key);
+
+  SubmapParams params_;
+  PlanarMapParams map_params_;
+  AtlasData data_;
+  std::int64_t session_ = 0;
+  std::shared_ptr<PlanarMap> open_;  ///< of the last of the submaps
+  PlaceFinder places_;
+  JoinedMap joined_;
+  bool is_joined_ = false;             ///< joined_ holds the open submap as it is
+  std::optional<Pose> last_frame_;     ///< T_session_sensor
+  std::optional<Pose> last_keyframe_;  ///< T_session_sensor, of the open submap
+  double path_ = 0.0;                  ///< in the open submap, metres
+  Matrix6 drift_ = Matrix6::Zero();    ///< in it, in the frames of the sensor
+  std::size_t closed_bytes_ = 0;
+};
+
+}  // namespace planar_mapping
