@@ -128,8 +128,10 @@ class Run {
       while (!stopRequested()) {
         Read read = ahead_.valid() ? ahead_.get() : readFrame(false);
         if (!read.frame) break;
-        if (worksAhead())
+        if (worksAhead()) {
+          if (!read.frame->is_prepared) pipeline_.prepare(*read.frame);
           ahead_ = std::async(std::launch::async, [this] { return readFrame(true); });
+        }
         processFrame(std::move(*read.frame), read.ms);
         checkpoint();
       }
