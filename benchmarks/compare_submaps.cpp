@@ -11,9 +11,9 @@
 // order" is one map to which the submaps' frames come last submap first: what the order alone
 // changes.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,10 +32,11 @@ namespace {
 
 using namespace planar_mapping;
 
+/// Milliseconds of the processor: the machine may be busy.
 double now() {
-  return 1e-6 * static_cast<double>(std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                        std::chrono::steady_clock::now().time_since_epoch())
-                                        .count());
+  timespec time;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
 Pose smallMotion() {
@@ -188,9 +189,10 @@ void timeCorrection(const Session& session) {
   std::vector<std::shared_ptr<const PlanarMap>> maps;
   for (const PlanarMap& map : session.submaps) maps.push_back(std::make_shared<PlanarMap>(map));
   const auto count = static_cast<std::int32_t>(maps.size());
+  const Vector3 up = session.whole.params().approximation.up.normalized();
   const auto poseOf = [&](std::int32_t id, double turn) {
     Pose pose = Pose::Identity();
-    pose.linear() = Eigen::AngleAxisd(turn * id, Vector3::UnitZ()).toRotationMatrix();
+    pose.linear() = Eigen::AngleAxisd(turn * id, up).toRotationMatrix();
     pose.translation().x() = 0.8 * (high.x() - low.x()) * (id / count);
     return pose;
   };

@@ -20,16 +20,6 @@ namespace {
 using detail::MapAccess;
 using detail::MapData;
 
-struct Submap {
-  std::shared_ptr<const PlanarMap> map;
-  Pose pose;
-  Eigen::AlignedBox3d bounds;  ///< of planes and cells, in its frame
-  std::uint64_t version = 0;   ///< another one whenever it is set or moves
-
-  const MapData& data() const { return MapAccess::of(*map).data; }
-  bool isInPlace() const { return pose.matrix() == Pose::Identity().matrix(); }
-};
-
 /// Farthest that a corner of the box moves, metres: no point in it moves farther.
 double largestMotion(const Eigen::AlignedBox3d& box, const Pose& before, const Pose& after) {
   double largest = 0.0;
@@ -43,6 +33,15 @@ double largestMotion(const Eigen::AlignedBox3d& box, const Pose& before, const P
 }  // namespace
 
 struct JoinedMap::Impl {
+  struct Submap {
+    std::shared_ptr<const PlanarMap> map;
+    Pose pose;
+    Eigen::AlignedBox3d bounds;  ///< of planes and cells, in its frame
+    std::uint64_t version = 0;   ///< another one whenever it is set or moves
+
+    const MapData& data() const { return MapAccess::of(*map).data; }
+    bool isInPlace() const { return pose.matrix() == Pose::Identity().matrix(); }
+  };
   std::map<std::int32_t, Submap> submaps;
   std::uint64_t versions = 0;
   PlanarMap joined;
@@ -106,7 +105,7 @@ JoinedMap& JoinedMap::operator=(JoinedMap&& other) noexcept {
 void JoinedMap::set(std::int32_t id, std::shared_ptr<const PlanarMap> map,
                     const Pose& T_world_submap) {
   if (map == nullptr) throw InputError("there is no map to be joined");
-  Submap submap;
+  Impl::Submap submap;
   submap.pose = impl_->checked(id, *map, T_world_submap);
   submap.bounds = detail::boundsOf(MapAccess::of(*map).data);
   submap.map = std::move(map);
@@ -115,7 +114,7 @@ void JoinedMap::set(std::int32_t id, std::shared_ptr<const PlanarMap> map,
 }
 
 bool JoinedMap::move(std::int32_t id, const Pose& T_world_submap) {
-  Submap& submap = impl_->at(id);
+  Impl::Submap& submap = impl_->at(id);
   const Pose pose = impl_->checked(id, *submap.map, T_world_submap);
   const double least = 0.5 * submap.data().resolution();
   if (submap.bounds.isEmpty() || largestMotion(submap.bounds, submap.pose, pose) < least)
@@ -146,12 +145,12 @@ std::size_t JoinedMap::lastJoined() const {
 const PlanarMap& JoinedMap::map() {
   Impl& impl = *impl_;
   impl.last_joined = 0;
-  std::vector<const Submap*> all;
+  std::vector<const Impl::Submap*> all;
   for (const auto& entry : impl.submaps) all.push_back(&entry.second);
   if (all.size() == 1 && all.front()->isInPlace()) return *all.front()->map;
   const auto same = std::mismatch(
       impl.in_joined.begin(), impl.in_joined.end(), all.begin(), all.end(),
-      [](std::uint64_t version, const Submap* submap) { return version == submap->version; });
+      [](std::uint64_t version, const Impl::Submap* submap) { return version == submap->version; });
   if (same.first != impl.in_joined.end() || all.empty()) {
     impl.in_joined.clear();
     impl.joined = PlanarMap();

@@ -60,8 +60,8 @@ class PLANAR_MAPPING_EXPORT JoinedMap {
 
   /// The joined map, valid until the next call of a function that is not const; the submap itself
   /// if there is only one, in place; an empty map if there is none. After submaps with higher ids
-  /// were added only these are joined with it; otherwise all from a state before the lowest id that
-  /// changed. Cuboids are derived when they are asked for.
+  /// were added only these are joined with it; after any other change all are joined again.
+  /// Cuboids are derived when they are asked for.
   /// \throws InputError if a submap has too much space to be resampled, as PlanarMap::merge()
   const PlanarMap& map();
   /// Submaps that the last call of map() joined with others.

@@ -84,10 +84,10 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   ///         if the pose is not finite,
   ///         or if the map is finished
   FrameUpdate insert(const FrameObservation& frame);
-  /// Adds what another map knows. Planes that lie on one of ours are joined with it, cells of both
-  /// have the larger belief, space free in either is free. Our parameters stay. The map that began
-  /// first counts as the earlier one: in one world a.merge(b) and b.merge(a) know the same, bit for
-  /// bit, and a.merge(a) changes nothing.
+  /// Adds what another map knows. Its planes join ours as those of a frame do, log odds of cells of
+  /// both are added, space free in either is free. Our parameters stay. The map that began first is
+  /// the earlier one: what only it has and the later one saw free is gone; in one world a.merge(b)
+  /// and b.merge(a) know the same, bit for bit, and a.merge(a) changes nothing.
   /// \param T_map_other  from the world of the other to ours; where it is no motion by whole cells
   ///                     non-planar cells and space are resampled, cell by nearest cell
   /// \throws InputError if profile, resolution or thickness differ, up axes by more than 10 degrees

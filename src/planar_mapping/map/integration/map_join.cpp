@@ -17,11 +17,25 @@ namespace {
 /// Tells whether a place is free in a map: measurements passed it and nothing is there.
 class FreePlaces {
  public:
-  explicit FreePlaces(const MapData& map) : map_(map), cell_(map.unknownResolution()) {}
+  explicit FreePlaces(const MapData& map) : map_(map), cell_(map.unknownResolution()) {
+    map.space.forEachRegion([&](const Int3& at, const SpaceRegion& region) {
+      SpaceRegion::Blocks blocks;
+      region.unpack(blocks);
+      std::vector<std::uint64_t>& free = free_[packKey(at)];
+      free.resize(SpaceRegion::kBlocks);
+      for (std::size_t i = 0; i < free.size(); ++i) free[i] = blocks.cellsOf(i).free;
+    });
+  }
 
   bool wasPassed(const Vector3& world) const {
     const Vector3 at = (world / cell_).array().floor();
-    return at.cwiseAbs().maxCoeff() < kLatticeLimit && map_.space.isSeenFree(toInt3(at));
+    if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
+    const Int3 c = toInt3(at);
+    const std::vector<std::uint64_t>* free =
+        free_.find(packKey(Int3{c.x >> 5, c.y >> 5, c.z >> 5}));
+    if (free == nullptr) return false;
+    const std::int32_t block = (c.x >> 2 & 7) + 8 * (c.y >> 2 & 7) + 64 * (c.z >> 2 & 7);
+    return ((*free)[static_cast<std::size_t>(block)] >> UnknownSpace::bitOf(c) & 1u) != 0;
   }
   /// All places from \p low to \p high along three axes (metres, about a centre), a few steps each?
   bool areFree(const Vector3& centre, const Matrix3& axes, const Vector3& low,
@@ -41,6 +55,7 @@ class FreePlaces {
  private:
   const MapData& map_;
   const double cell_;
+  KeyMap<std::vector<std::uint64_t>> free_;  ///< cells of the blocks of each region
 };
 
 /// Gives up cells that a later map saw free: as a frame that looks through them, all that it

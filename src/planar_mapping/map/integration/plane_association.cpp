@@ -37,6 +37,8 @@ bool anySample(const Frame& frame, std::size_t segment, Visit&& visit) {
   return false;
 }
 
+constexpr double kCosineRounding = 1e-9;  // of cosines
+
 /// Is most of the segment where the map has something?
 bool isMapped(const MapData& map, const Frame& frame, std::size_t segment) {
   std::size_t looked = 0, mapped = 0;
@@ -245,19 +247,22 @@ std::vector<Association> associationsOf(const MapData& map, const std::vector<Pl
     std::size_t layer;
   };
   std::vector<Pair> pairs;
+  const double least_cosine = std::cos(2.0 * map.params.association_angle) - kCosineRounding;
   for (std::size_t k = 0; k < planes.size(); ++k) {
     const double own = moments[k].fit().rms;
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
       const PlaneLayer& layer = map.planes[l];
+      // What is cheap first: most planes of a map are nowhere near.
+      if (planes[k].normal.dot(layer.plane().normal) < least_cosine) continue;
       const double angle = angleBetween(planes[k].normal, layer.plane().normal);
       if (angle > 2.0 * map.params.association_angle) continue;
       const double offset = rmsDistance(moments[k], layer.plane());
       if (!(offset <= 2.0 * map.params.association_offset + 3.0 * own)) continue;
       // Its own noise is no reason to doubt that it lies on the plane.
       const double apart = std::sqrt(std::max(0.0, offset * offset - own * own));
+      if (!near(k, layer)) continue;
       const Apart tolerance = toleranceAt(map.params, layer.moments(), moments[k]);
       if (angle > tolerance.angle || apart > tolerance.offset) continue;
-      if (!near(k, layer)) continue;
       pairs.push_back({angle / tolerance.angle + apart / tolerance.offset, k, l});
     }
   }
@@ -341,8 +346,8 @@ void associatePlanes(MapData& map, Frame& frame) {
 }
 
 void mergePlanes(MapData& map, Frame& frame) {
-  // Of the angle, with room for rounding: isOnePlane() asks again.
-  const double least_cosine = std::cos(map.params.association_angle) - 1e-9;
+  // Of the angle: isOnePlane() asks again.
+  const double least_cosine = std::cos(map.params.association_angle) - kCosineRounding;
   std::vector<bool> gone(map.planes.size(), false);
   std::vector<std::size_t> into(map.planes.size(), 0);  // of those that are gone
   std::vector<bool> is_new(map.planes.size(), false);

@@ -60,12 +60,6 @@ class UnknownSpace {
   /// \p max_range.
   void integrate(const DepthImage& image, double cell, double max_range, SpaceBudget& budget);
   bool isUnknown(const Int3& cell) const { return (around(cell).unknown >> bitOf(cell) & 1u) != 0; }
-  /// Did a measurement pass the cell?
-  bool isSeenFree(const Int3& cell) const {
-    const Int3 block = blockOf(cell);
-    const SpaceRegion* region = regions_.find(regionOf(block));
-    return region != nullptr && (region->cellsOf(placeOf(block)).free >> bitOf(cell) & 1u) != 0;
-  }
   struct Surroundings {
     std::uint64_t unknown = 0;     ///< cells of the block of 4 x 4 x 4 around a cell, see bitOf()
     bool region_is_alike = false;  ///< all of its region of 32 x 32 x 32 cells is as this cell

@@ -281,5 +281,82 @@ TEST(MergeMaps, ByWholeBlocksIsByNearestCells) {
   EXPECT_LT(different, points / 500);
 }
 
+/// Four looks into a room, from the given time on.
+PlanarMap looksInto(const Scene& scene, double begins) {
+  PlanarMap map(paramsOf());
+  for (int i = 0; i < 4; ++i)
+    map.insert(
+        look(scene, lookFrom({-0.6 + 0.3 * i, 0.0, 1.0}, 0.04 * i), begins + 0.1 * i).frame());
+  return map;
+}
+
+TEST(MergeMaps, TheLaterMapDecidesWhatIsFree) {
+  Scene full, empty;
+  empty.boxes.resize(1);  // the room alone
+  const Vector3 in_box(-0.8, 2.05, 0.5), in_clutter(0.28, 1.72, 0.15), wall(0.0, 5.02, 1.5);
+  PlanarMap gone = looksInto(full, 0.0);
+  EXPECT_TRUE(gone.isOccupied(in_box));
+  EXPECT_TRUE(gone.isOccupied(in_clutter));
+  gone.merge(looksInto(empty, 10.0));
+  EXPECT_TRUE(gone.isFree(in_box));
+  EXPECT_TRUE(gone.isFree(in_clutter));
+  EXPECT_TRUE(gone.isOccupied(wall));
+  PlanarMap come = looksInto(empty, 0.0);
+  come.merge(looksInto(full, 10.0));
+  EXPECT_TRUE(come.isOccupied(in_box));
+  EXPECT_TRUE(come.isOccupied(in_clutter));
+}
+
+TEST(MergeMaps, KeepsWhatTheLaterMapDidNotSee) {
+  PlanarMap map = looksInto(Scene(), 0.0);
+  const PlanarMap before = map;
+  PlanarMap later(paramsOf());
+  later.insert(look(Scene(), lookFrom({0.0, 3.8, 1.0}), 10.0).frame());  // past the boxes
+  map.merge(later);
+  for (const Vector3& place : {Vector3(-0.8, 2.05, 0.5), Vector3(0.28, 1.72, 0.15)})
+    EXPECT_TRUE(map.isOccupied(place));
+}
+
+/// Within a wall at y = 2: points of a square, as a plane or not.
+PlanarMap wallOf(bool is_plane, double y, double begins) {
+  std::vector<float> xyz;
+  PlaneSegment segment;
+  for (double x = -1.0; x < 1.0; x += 0.02) {
+    for (double z = 0.0; z < 2.0; z += 0.02) {
+      segment.inliers.push_back(static_cast<int>(xyz.size() / 3));
+      xyz.insert(xyz.end(), {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+    }
+  }
+  segment.plane = {-Vector3::UnitY(), y};
+  const std::vector<PlaneSegment> planes{segment};
+  FrameObservation frame;
+  frame.timestamp = begins;
+  frame.points = PointsView(xyz.data(), static_cast<std::uint32_t>(xyz.size() / 3), 1, 3);
+  if (is_plane) frame.planes = &planes;
+  PlanarMapParams params = paramsOf();
+  params.unknown_space = false;
+  PlanarMap map(params);
+  map.insert(frame);
+  return map;
+}
+
+TEST(MergeMaps, UnitesPlanesLikeThoseOfAFrame) {
+  PlanarMap map = wallOf(true, 2.03, 0.0);
+  map.merge(wallOf(true, 2.09, 1.0));  // by more than noise, but not more than poses are off
+  ASSERT_EQ(map.planes().size(), 1u);
+  EXPECT_NEAR(std::abs(map.planes()[0].plane.offset), 2.06, 1e-6);
+  EXPECT_EQ(map.planes()[0].frames, 2u);
+}
+
+TEST(MergeMaps, ClutterThatLiesInAPlaneOfTheOtherMapIsGone) {
+  const std::size_t cuboids = wallOf(true, 2.03, 0.0).cuboids().size();
+  for (const bool first : {false, true}) {
+    PlanarMap map = wallOf(first, 2.03, 0.0);
+    map.merge(wallOf(!first, 2.06, 1.0));
+    EXPECT_EQ(map.cuboids().size(), cuboids);
+    EXPECT_EQ(map.planes().size(), 1u);
+  }
+}
+
 }  // namespace
 }  // namespace planar_mapping

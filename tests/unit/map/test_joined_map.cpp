@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "map_scene.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/map/joined_map.h"
+#include "planar_mapping/map/map_query.h"
+
+namespace planar_mapping {
+namespace {
+
+using namespace test;
+
+using SubmapPtr = std::shared_ptr<const PlanarMap>;
+
+/// Steps first to last - 1 of a walk across the room of map_scene.h.
+SubmapPtr submapOf(int first, int last, int threads = 1) {
+  PlanarMapParams params;
+  params.approximation.threads = threads;
+  auto map = std::make_shared<PlanarMap>(params);
+  for (int i = first; i < last; ++i)
+    map->insert(
+        look(Scene(), lookFrom({-0.6 + 0.2 * i, 0.0, 1.0}, 0.08 * (i - 3)), 0.1 * i).frame());
+  return map;
+}
+
+Pose motion(double x, double turn = 0.0) {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(turn, Vector3::UnitZ()).toRotationMatrix();
+  pose.translation().x() = x;
+  return pose;
+}
+
+TEST(JoinedMap, OfOneSubmapIsThatMap) {
+  JoinedMap joined;
+  EXPECT_EQ(joined.map().frames(), 0u);
+  const SubmapPtr map = submapOf(0, 3);
+  joined.set(7, map, Pose::Identity());
+  EXPECT_EQ(&joined.map(), map.get());
+  joined.set(9, submapOf(3, 5), Pose::Identity());
+  EXPECT_EQ(joined.map().frames(), 5u);
+  joined.remove(9);
+  EXPECT_EQ(joined.map().serialize(), map->serialize());
+}
+
+TEST(JoinedMap, JoinsAsMergeDoes) {
+  JoinedMap joined;
+  joined.set(0, submapOf(0, 3), Pose::Identity());
+  joined.set(1, submapOf(3, 5), Pose::Identity());
+  joined.set(2, submapOf(5, 7), motion(0.3, 0.2));
+  PlanarMap merged = *submapOf(0, 3);
+  merged.merge(*submapOf(3, 5));
+  merged.merge(*submapOf(5, 7), motion(0.3, 0.2));
+  EXPECT_EQ(joined.map().serialize(), merged.serialize());
+}
+
+TEST(JoinedMap, DoesNotDependOnTheOrderOfCallsNorOnThreads) {
+  std::vector<std::vector<std::uint8_t>> bytes;
+  for (const int threads : {1, 3}) {
+    const SubmapPtr maps[] = {submapOf(0, 3, threads), submapOf(3, 5, threads),
+                              submapOf(5, 7, threads)};
+    JoinedMap at_once;
+    for (int id = 0; id < 3; ++id) at_once.set(id, maps[id], motion(0.31 * id));
+    bytes.push_back(at_once.map().serialize());
+    JoinedMap step_by_step;
+    for (const int id : {2, 0, 1}) {
+      step_by_step.set(id, maps[id], motion(3.0 - 0.7 * id, 0.1));
+      step_by_step.map();
+    }
+    for (const int id : {1, 2, 0}) {
+      EXPECT_TRUE(step_by_step.move(id, motion(0.31 * id)));
+      step_by_step.map();
+    }
+    bytes.push_back(step_by_step.map().serialize());
+  }
+  for (const std::vector<std::uint8_t>& other : bytes) EXPECT_EQ(other, bytes.front());
+}
+
+TEST(JoinedMap, JoinsOnlyWhatIsNew) {
+  JoinedMap joined;
+  for (int id = 0; id < 3; ++id) joined.set(id, submapOf(2 * id, 2 * id + 2), Pose::Identity());
+  joined.map();
+  EXPECT_EQ(joined.lastJoined(), 3u);
+  joined.map();
+  EXPECT_EQ(joined.lastJoined(), 0u);
+  joined.map().cuboids();
+  joined.set(3, submapOf(6, 8), Pose::Identity());
+  joined.map();
+  EXPECT_EQ(joined.lastJoined(), 1u);
+  JoinedMap anew;
+  for (int id = 0; id < 4; ++id) anew.set(id, submapOf(2 * id, 2 * id + 2), Pose::Identity());
+  EXPECT_EQ(joined.map().serialize(), anew.map().serialize());
+}
+
+TEST(JoinedMap, StaysWhereAPoseMovesItByLessThanHalfACell) {
+  JoinedMap joined;
+  joined.set(0, submapOf(0, 3), Pose::Identity());
+  joined.set(1, submapOf(3, 6), Pose::Identity());
+  const std::vector<std::uint8_t> before = joined.map().serialize();
+  EXPECT_FALSE(joined.move(1, motion(0.049)));
+  EXPECT_EQ(joined.pose(1).matrix(), Pose::Identity().matrix());
+  joined.map();
+  EXPECT_EQ(joined.lastJoined(), 0u);
+  EXPECT_TRUE(joined.move(1, motion(0.051)));
+  EXPECT_NE(joined.map().serialize(), before);
+  EXPECT_EQ(joined.lastJoined(), 2u);
+  EXPECT_TRUE(joined.move(1, motion(0.0, 0.05)));  // far from the origin that is more than a cell
+}
+
+TEST(JoinedMap, ComesBackToTheSameMap) {
+  JoinedMap joined;
+  joined.set(0, submapOf(0, 3), Pose::Identity());
+  joined.set(1, submapOf(3, 6), Pose::Identity());
+  const std::vector<std::uint8_t> before = joined.map().serialize();
+  joined.move(1, motion(0.4, 0.1));
+  EXPECT_NE(joined.map().serialize(), before);
+  joined.move(1, Pose::Identity());
+  EXPECT_EQ(joined.map().serialize(),
+            before);  // resampled from the submap, not from the joined map
+}
+
+TEST(JoinedMap, RefusesWhatDoesNotFit) {
+  JoinedMap joined;
+  joined.set(0, submapOf(0, 2), Pose::Identity());
+  PlanarMapParams params;
+  params.approximation.resolution = 0.2;
+  EXPECT_THROW(joined.set(1, std::make_shared<PlanarMap>(params), Pose::Identity()), InputError);
+  EXPECT_THROW(joined.set(1, nullptr, Pose::Identity()), InputError);
+  EXPECT_THROW(
+      joined.set(1, std::make_shared<PlanarMap>(submapOf(0, 1)->finished()), Pose::Identity()),
+      InputError);
+  Pose skewed = Pose::Identity();
+  skewed.linear() *= 2.0;
+  EXPECT_THROW(joined.move(0, skewed), InputError);
+  EXPECT_THROW(joined.move(5, Pose::Identity()), InputError);
+  EXPECT_THROW(joined.remove(5), InputError);
+  EXPECT_THROW(joined.pose(5), InputError);
+  EXPECT_EQ(joined.size(), 1u);
+  EXPECT_TRUE(joined.contains(0));
+  EXPECT_FALSE(joined.contains(1));
+}
+
+}  // namespace
+}  // namespace planar_mapping
