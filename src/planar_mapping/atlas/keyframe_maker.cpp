@@ -18,7 +18,7 @@ namespace {
 // With the grid of depths, 30 kB: a feature takes 64 bytes and 24 of its sighting.
 constexpr int kFeatures = 176;
 constexpr int kCandidates = 3 * kFeatures;
-constexpr int kDetectionWidth = 320;      // pixels; OpenCV's SIFT doubles the image first
+constexpr int kDetectionWidth = 240;      // pixels; OpenCV's SIFT doubles the image first
 constexpr double kContrast = 0.02;        // of SIFT's extrema
 constexpr double kThumbnailWidth = 80.0;  // pixels, at most
 constexpr double kThumbnailHeight = 60.0;

@@ -20,10 +20,10 @@ constexpr double kSearchRadius = 12;  // pixels around where a feature is expect
 constexpr double kPixelError = 1.0;
 constexpr std::size_t kMinInliers = 12;
 // Beyond these the evidence of a link is not enough: fitted, see linkLogOdds().
-constexpr double kMinLogOdds = 2.0;
+constexpr double kMinLogOdds = 3.0;
 // Errors that features share, so that many of them do not average them out.
-constexpr double kSharedDepthError = 0.005;  // of the median depth
-constexpr double kSharedTurn = 0.002;        // radians
+constexpr double kSharedDepthError = 0.01;  // of the median depth
+constexpr double kSharedTurn = 0.005;       // radians
 
 /// Descriptors as rows of whole numbers, whose products floats hold exactly.
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
