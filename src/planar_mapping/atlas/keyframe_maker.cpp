@@ -3,6 +3,7 @@
 #include "planar_mapping/atlas/keyframe_maker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -18,7 +19,7 @@ namespace {
 // With the grid of depths, 30 kB: a feature takes 64 bytes and 24 of its sighting.
 constexpr int kFeatures = 176;
 constexpr int kCandidates = 3 * kFeatures;
-constexpr int kDetectionWidth = 320;      // pixels; OpenCV's SIFT doubles the image first
+constexpr int kDetectionWidth = 240;      // pixels; OpenCV's SIFT doubles the image first
 constexpr double kContrast = 0.02;        // of SIFT's extrema
 constexpr double kThumbnailWidth = 80.0;  // pixels, at most
 constexpr double kThumbnailHeight = 60.0;
@@ -140,6 +141,29 @@ double inverseDepthAt(const PointsView& cloud, double column, double row) {
   return *most - *least <= kSameSurface * median ? median : 0.0;
 }
 
+/// Median depth of 4 x 4 pixels of a cell; 0 where none was measured.
+double sampledDepth(const PointsView& cloud, const detail::KeyframeCells& cells, int column,
+                    int row) {
+  constexpr int kSide = 4;
+  std::array<float, kSide * kSide> depths{};
+  std::ptrdiff_t count = 0;
+  const auto pixel = [](int cell, int sample, int sides, std::uint32_t pixels) {
+    return (static_cast<std::size_t>(kSide * cell + sample) * 2 + 1) * pixels /
+           static_cast<std::size_t>(2 * kSide * sides);
+  };
+  for (int v = 0; v < kSide; ++v) {
+    const std::size_t line = pixel(row, v, cells.down(), cloud.height) * cloud.width;
+    for (int u = 0; u < kSide; ++u) {
+      const std::size_t i = line + pixel(column, u, cells.across(), cloud.width);
+      if (cloud.isMeasured(i) && cloud[i][2] > 0.0F)
+        depths[static_cast<std::size_t>(count++)] = cloud[i][2];
+    }
+  }
+  if (count == 0) return 0.0;
+  std::nth_element(depths.begin(), depths.begin() + count / 2, depths.begin() + count);
+  return depths[static_cast<std::size_t>(count / 2)];
+}
+
 /// The strongest with depth, spread over the image.
 std::vector<std::size_t> chosenOf(const std::vector<cv::KeyPoint>& points, const cv::Mat& image) {
   std::vector<detail::Detection> detections;
@@ -158,15 +182,14 @@ Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud, const Feat
   const detail::OpenCvThreads one(1);
   Keyframe key = begin(gray, camera);
   const detail::KeyframeCells cells(key);
-  std::vector<std::vector<double>> depths(cells.size());
-  for (int v = 0; v < gray.height; v += 2) {  // every second pixel is plenty for a median
-    for (int u = 0; u < gray.width; u += 2) {
-      const std::size_t i = static_cast<std::size_t>(v) * cloud.width + static_cast<std::size_t>(u);
-      if (cloud.isMeasured(i) && cloud[i][2] > 0.0F)
-        depths[cells.at(u, v)].push_back(1.0 / cloud[i][2]);
+  for (int row = 0; row < cells.down(); ++row) {
+    for (int column = 0; column < cells.across(); ++column) {
+      const double depth = sampledDepth(cloud, cells, column, row);
+      if (depth > 0.0)
+        key.inverse_depths[static_cast<std::size_t>(row * cells.across() + column)] =
+            encoded(1.0 / depth);
     }
   }
-  setDepths(cells, depths, key);
 
   const Reduced reduced(gray);
   std::vector<cv::KeyPoint> found;

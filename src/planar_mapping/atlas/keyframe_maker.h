@@ -13,7 +13,7 @@ namespace planar_mapping {
 /// What is kept of an image and its depths, see Keyframe: at most 30 kB. Id, submap, frame, source,
 /// time and pose are the caller's.
 ///
-/// Features are SIFT (at most 176, spread over the image) of an image of half the size, or less, so
+/// Features are SIFT (at most 176, spread over the image) of the image reduced to 240 columns, so
 /// that it takes a few milliseconds. A descriptor has 64 bytes: 128 square roots of the histograms
 /// (RootSIFT) of 4 bits each. A cell of the grid of inverse depths is 8 pixels wide, more where the
 /// image would have over 4,800 of them; its sides are width / cells_across and height / rows.

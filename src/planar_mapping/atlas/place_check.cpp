@@ -19,11 +19,11 @@ constexpr double kSearchRadius = 12;  // pixels around where a feature is expect
 // Features are found in a reduced image.
 constexpr double kPixelError = 1.0;
 constexpr std::size_t kMinInliers = 12;
-// Beyond these the evidence of a link is not enough: fitted, see linkLogOdds().
-constexpr double kMinLogOdds = 2.0;
+// A link needs odds of 20 : 1, see linkLogOdds().
+constexpr double kMinLogOdds = 3.0;
 // Errors that features share, so that many of them do not average them out.
-constexpr double kSharedDepthError = 0.005;  // of the median depth
-constexpr double kSharedTurn = 0.002;        // radians
+constexpr double kSharedDepthError = 0.01;  // of the median depth
+constexpr double kSharedTurn = 0.005;       // radians
 
 /// Descriptors as rows of whole numbers, whose products floats hold exactly.
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -211,7 +211,8 @@ double medianDepth(const Keyframe& key) {
   return *middle;
 }
 
-/// How much likelier a link is right than wrong (natural logarithm).
+/// How much likelier a link is right than wrong (natural logarithm). The weights were fitted to links
+/// of whole images with thousands of features; that of agreement is a guess.
 double linkLogOdds(std::size_t off_plane, double seen_again, double through, double agreement) {
   return -4.76 + 0.79 * std::min(3.0, std::log1p(static_cast<double>(off_plane))) +
          7.07 * seen_again - 1.57 * std::log(std::max(through, 0.005) / 0.05) +

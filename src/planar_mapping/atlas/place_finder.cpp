@@ -108,7 +108,7 @@ class PlaceFinder::Index {
       }
       // A feature that many keyframes have tells little.
       const double rarity =
-          std::log(static_cast<double>(keys_.size() + 1) / static_cast<double>(touched.size() + 1));
+          std::log(static_cast<double>(keys_.size() + 2) / static_cast<double>(touched.size() + 1));
       for (const std::uint32_t number : touched) {
         votes[number] += rarity * (1.0 - static_cast<double>(nearest[number]) / (2 * kMaxDistance));
         nearest[number] = kMaxDistance + 1;
