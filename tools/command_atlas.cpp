@@ -175,28 +175,18 @@ void printLoops(const Json& loops) {
   }
 }
 
-/// \throws UsageError if one of the numbers is no loop's
-void setStates(AtlasData& data, const std::vector<std::int64_t>& loops, LinkState state,
-               const std::string& path) {
-  for (const std::int64_t loop : loops) {
-    const auto link = std::find_if(data.links.begin(), data.links.end(), [loop](const Link& one) {
-      return one.id == loop && one.kind != LinkKind::Neighbour;
-    });
-    if (link == data.links.end())
-      throw UsageError(path + ": has no loop " + std::to_string(loop) +
-                       "; planar_map atlas loops lists them");
-    link->state = state;
-  }
-}
-
 /// Refuses and takes back loops, solves, and writes all of that at once.
 void solve(const AtlasArguments& arguments) {
   AtlasStore::open(arguments.file);  // what cannot be read is no fault of writing
   std::optional<AtlasStore> store;
   writeResults([&]() { store = AtlasStore::open(arguments.file, AtlasAccess::Write); });
   AtlasData data = store->load(0);
-  setStates(data, arguments.without_loops, LinkState::Refused, arguments.file);
-  setStates(data, arguments.with_loops, LinkState::Used, arguments.file);
+  try {
+    setLoopStates(data, arguments.without_loops, LinkState::Refused);
+    setLoopStates(data, arguments.with_loops, LinkState::Used);
+  } catch (const InputError& error) {
+    throw UsageError(arguments.file + ": " + error.what() + "; planar_map atlas loops lists them");
+  }
   const PoseGraphResult result = solvePoseGraph(data);
   writeResults([&]() { store->update(data); });
   const Json answer = {{"moved", result.moved},

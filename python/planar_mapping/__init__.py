@@ -12,6 +12,7 @@ except ImportError as error:
 from planar_mapping import _documented, _looks, _native
 from planar_mapping._native import *  # noqa: F401,F403
 from planar_mapping._native import __version__
+from planar_mapping._atlas_file import Atlas
 from planar_mapping._looks import Page, columns
 
 PlanarMap.snapshot = _looks.snapshot  # noqa: F405
@@ -26,5 +27,5 @@ def run(config, inputs, out=None, **options):
     return _run.run(config, inputs, out, **options)
 
 
-__all__ = [name for name in dir(_native) if not name.startswith("_")] + ["Page", "columns", "run"]
+__all__ = [name for name in dir(_native) if not name.startswith("_")] + ["Atlas", "Page", "columns", "run"]
 _documented.document(globals())

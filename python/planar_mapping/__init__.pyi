@@ -270,6 +270,31 @@ class Page:
 
     path: str
 
+class Atlas:
+    """The store of submaps, keyframes and links (*.atlas), as it was when it was read or solved. Rows are dicts."""
+
+    def __init__(self, path: _Path) -> None:
+        """Reads all of it."""
+    def sessions(self) -> list[dict[str, Any]]:
+        """id, source, configuration."""
+    def submaps(self) -> list[dict[str, Any]]:
+        """id, session, component, T (T_world_submap, 4 x 4), map (a PlanarMap in the submap's frame)."""
+    def keyframes(self) -> list[dict[str, Any]]:
+        """id, submap, frame, source, timestamp (seconds), T (T_submap_keyframe, 4 x 4), K (3 x 3), size (width, height),
+        features ((N, 3): column, row, inverse depth in 1/m), descriptors ((N, bytes) uint8), inverse_depths ((H, W)
+        uint16 of cells, 1/4096 of 1/m, 0 = none), thumbnail (PNG bytes, or empty)."""
+    def links(self) -> list[dict[str, Any]]:
+        """id, kind (neighbour, loop or plane), state (used, rejected or refused), from_submap, to_submap, from_keyframe,
+        to_keyframe (None = not by keyframes), T (T_to_from, 4 x 4), covariance ((6, 6): x, y, z, rotation about x, y, z),
+        inliers, matches, agreement, seen_through, residual."""
+    def map(self, component: Optional[int] = None) -> PlanarMap:
+        """The submaps of a component joined, in its world; None = the component of the first submap."""
+    def trajectory(self, component: Optional[int] = None) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Time stamps (N) and poses T_world_keyframe (N, 4, 4) of the keyframes of a component."""
+    def solve(self, *, without_loops: _Sequence[int] = (), with_loops: _Sequence[int] = ()) -> list[int]:
+        """Moves the submaps so that the links agree, and writes that. without_loops: ids of loops to refuse for good;
+        with_loops: to take back. Returns the ids of submaps that moved."""
+
 class Sequence:
     """Frames of files or a folder, recognised by content as `planar_map run` does: clouds, KITTI, TUM RGB-D, EuRoC, ...
 

@@ -87,7 +87,7 @@ TEST_F(AtlasCommands, ARefusedLoopStaysRefusedUntilItIsTakenBack) {
   EXPECT_NE(LinkState::Refused, loadAtlas(file_).links[2].state);
   // A neighbour is no loop.
   for (const char* number : {"0", "17", "-1"})
-    expectExit(2, atlas({"solve", file_, "--without-loop", number}), "has no loop");
+    expectExit(2, atlas({"solve", file_, "--without-loop", number}), "there is no loop");
 }
 
 TEST_F(AtlasCommands, ExportsTheMapThePosesAndTheThumbnailsOfAComponent) {

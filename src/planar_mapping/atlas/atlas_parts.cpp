@@ -83,6 +83,16 @@ std::vector<io::StampedPose> keyframePoses(const AtlasData& data, std::int64_t c
   return poses;
 }
 
+void setLoopStates(AtlasData& data, const std::vector<std::int64_t>& loops, LinkState state) {
+  for (const std::int64_t loop : loops) {
+    const auto link = std::find_if(data.links.begin(), data.links.end(), [loop](const Link& one) {
+      return one.id == loop && one.kind != LinkKind::Neighbour;
+    });
+    if (link == data.links.end()) throw InputError("there is no loop " + std::to_string(loop));
+    link->state = state;
+  }
+}
+
 AtlasData partOf(const AtlasData& data, const std::function<bool(const Submap&)>& kept) {
   AtlasData part;
   std::set<std::int64_t> submaps, sessions;

@@ -24,6 +24,11 @@ PLANAR_MAPPING_EXPORT PlanarMap joinSubmaps(const AtlasData& data, std::int64_t 
 PLANAR_MAPPING_EXPORT std::vector<io::StampedPose> keyframePoses(const AtlasData& data,
                                                                  std::int64_t component);
 
+/// Refuses loops for good (LinkState::Refused), or takes them back (Used).
+/// \throws InputError if one of the numbers is that of no loop; links to neighbours are none
+PLANAR_MAPPING_EXPORT void setLoopStates(AtlasData& data, const std::vector<std::int64_t>& loops,
+                                         LinkState state);
+
 /// The submaps that \p kept holds for, with their sessions, keyframes and the links among them.
 /// Numbers stay, but for components: what used links do not join any more are two.
 PLANAR_MAPPING_EXPORT AtlasData partOf(const AtlasData& data,

@@ -46,12 +46,18 @@ AtlasData stateAfter(const AtlasData& data, std::size_t count) {
 [[noreturn]] void runToItsEnd(const AtlasData& data, const std::string& path, int report) {
   AtlasStore store =
       fs::exists(path) ? AtlasStore::open(path, AtlasAccess::Write) : AtlasStore::create(path);
+  const auto say = [report](std::size_t count) {
+    const auto done = static_cast<std::uint8_t>(count);
+    if (::write(report, &done, 1) != 1) ::_exit(1);
+  };
   for (std::size_t next = store.load().submaps.size(); next < data.submaps.size(); ++next) {
     store.append(submapOf(data, static_cast<std::int64_t>(next)), movedBy(data, next + 1));
-    const auto done = static_cast<std::uint8_t>(next + 1);
-    if (::write(report, &done, 1) != 1) ::_exit(1);
+    say(next + 1);
   }
-  for (;;) store.update(movedBy(data, data.submaps.size()));
+  for (;;) {
+    store.update(movedBy(data, data.submaps.size()));
+    say(data.submaps.size());
+  }
 }
 
 TEST(AtlasStoreKilled, FiftyKillsLoseNothingThatWasCommitted) {
@@ -71,13 +77,17 @@ TEST(AtlasStoreKilled, FiftyKillsLoseNothingThatWasCommitted) {
       runToItsEnd(data, path, report[1]);
     }
     ::close(report[1]);
-    ::usleep(static_cast<useconds_t>(random.below(40000)));
+    // Some commits later, at any moment of the next; or while the file is made or opened.
+    std::size_t committed = before;
+    std::uint8_t done = 0;
+    for (std::size_t commits = random.below(4); commits > 0; --commits)
+      if (::read(report[0], &done, 1) == 1) committed = done;
+    ::usleep(static_cast<useconds_t>(random.below(20000)));
     ASSERT_EQ(0, ::kill(child, SIGKILL));
     int status = 0;
     ASSERT_EQ(child, ::waitpid(child, &status, 0));
     ASSERT_TRUE(WIFSIGNALED(status)) << "it ended by itself";
-    std::size_t committed = before;
-    for (std::uint8_t done = 0; ::read(report[0], &done, 1) == 1;) committed = done;
+    while (::read(report[0], &done, 1) == 1) committed = done;
     ::close(report[0]);
     if (!fs::exists(path)) {
       EXPECT_EQ(0u, committed);
