@@ -74,7 +74,7 @@ def test_what_progress_raises_ends_the_run_and_saves_it(sequence, tmp_path):
 
     with pytest.raises(RuntimeError, match="enough"):
         pm.run("pcd_sequence.yaml", sequence, tmp_path / "out", progress=fail)
-    assert pm.PlanarMap.load(tmp_path / "out/map.pmap").frames == 1
+    assert 1 <= pm.PlanarMap.load(tmp_path / "out/map.pmap").frames < 3  # a frame in work is ended
 
 
 def test_interrupt_ends_the_run_and_saves_it(sequence, tmp_path):
