@@ -97,6 +97,8 @@ py::dict rowOf(const Link& link) {
   row["covariance"] = copyOf(link.covariance.data(), {6, 6});
   row["inliers"] = link.evidence.inliers;
   row["matches"] = link.evidence.matches;
+  row["off_plane"] = link.evidence.off_plane;
+  row["log_odds"] = link.evidence.log_odds;
   row["agreement"] = link.evidence.agreement;
   row["seen_through"] = link.evidence.seen_through;
   row["residual"] = link.residual;

@@ -41,7 +41,7 @@ def path(tmp_path, wall_map):
         )
     covariance = np.diag([1e-4] * 6).astype("<f8").tobytes()
     for i, kind in enumerate(["neighbour", "loop"]):
-        data.execute("INSERT INTO links VALUES (?, ?, 'used', 0, 1, 0, 1, ?, ?, 40, 50, 0.9, 0.01, 1.5)", (i, kind, rigid(-0.5), covariance))
+        data.execute("INSERT INTO links VALUES (?, ?, 'used', 0, 1, 0, 1, ?, ?, 40, 50, 20, 0.9, 0.01, 4.5, 1.5)", (i, kind, rigid(-0.5), covariance))
     data.commit()
     data.close()
     return seed

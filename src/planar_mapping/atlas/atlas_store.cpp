@@ -74,8 +74,10 @@ constexpr std::array<const char*, 5> kSchema = {
   covariance BLOB NOT NULL,
   inliers INTEGER NOT NULL,
   matches INTEGER NOT NULL,
+  off_plane INTEGER NOT NULL,
   agreement REAL NOT NULL,
   seen_through REAL NOT NULL,
+  log_odds REAL NOT NULL,
   residual REAL NOT NULL
 ) STRICT)sql"};
 
@@ -138,7 +140,7 @@ void requireSound(const Link& link) {
   requireThat((link.covariance.diagonal().array() > 0.0).all(), name,
               "has a variance that is not above 0");
   requireThat(std::isfinite(link.evidence.agreement) && std::isfinite(link.evidence.seen_through) &&
-                  std::isfinite(link.residual),
+                  std::isfinite(link.evidence.log_odds) && std::isfinite(link.residual),
               name, "has evidence that is not finite");
 }
 
@@ -287,7 +289,7 @@ const char* wordOf(LinkState state) {
 
 void insertLinks(SqliteFile& file, const AtlasData& part) {
   const std::string values = "VALUES (?, ?, ?, ?, ?, nullif(?, -1), nullif(?, -1), ?, ?, ?, ?, ?, ";
-  SqliteStatement insert(file, "INSERT INTO links " + values + "?, ?)");
+  SqliteStatement insert(file, "INSERT INTO links " + values + "?, ?, ?, ?)");
   for (const Link& link : part.links) {
     requireSound(link);
     writeRow("link", link.id, file, [&]() {
@@ -297,8 +299,9 @@ void insertLinks(SqliteFile& file, const AtlasData& part) {
                  link.from_keyframe, link.to_keyframe, viewOf(pose),
                  BlobView{link.covariance.data(), sizeof(double) * 36},
                  static_cast<std::int64_t>(link.evidence.inliers),
-                 static_cast<std::int64_t>(link.evidence.matches), link.evidence.agreement,
-                 link.evidence.seen_through, link.residual);
+                 static_cast<std::int64_t>(link.evidence.matches),
+                 static_cast<std::int64_t>(link.evidence.off_plane), link.evidence.agreement,
+                 link.evidence.seen_through, link.evidence.log_odds, link.residual);
     });
   }
 }
@@ -403,7 +406,8 @@ void readLinks(SqliteFile& file, AtlasData& data) {
   SqliteStatement row(file,
                       "SELECT id, kind, state, from_submap, to_submap, ifnull(from_keyframe, -1), "
                       "ifnull(to_keyframe, -1), T_to_from, covariance, inliers, matches, "
-                      "agreement, seen_through, residual FROM links ORDER BY id");
+                      "off_plane, agreement, seen_through, log_odds, residual FROM links "
+                      "ORDER BY id");
   while (row.next()) {
     Link link;
     link.id = row.integer(0);
@@ -418,9 +422,11 @@ void readLinks(SqliteFile& file, AtlasData& data) {
     link.covariance = numbersOf<Matrix6>(row.blob(8), name);
     link.evidence.inliers = countOf<std::size_t>(row.integer(9), name);
     link.evidence.matches = countOf<std::size_t>(row.integer(10), name);
-    link.evidence.agreement = row.real(11);
-    link.evidence.seen_through = row.real(12);
-    link.residual = row.real(13);
+    link.evidence.off_plane = countOf<std::size_t>(row.integer(11), name);
+    link.evidence.agreement = row.real(12);
+    link.evidence.seen_through = row.real(13);
+    link.evidence.log_odds = row.real(14);
+    link.residual = row.real(15);
     requireSound(link);
     data.links.push_back(link);
   }

@@ -31,7 +31,7 @@ inline AtlasData walkedAtlas(int submaps, double resolution = 0.1) {
     made.to_keyframe = 2 * to;
     made.covariance = 1e-4 * Matrix6::Identity();
     made.covariance(0, 1) = made.covariance(1, 0) = 1e-5;
-    made.evidence = {60, 80, 0.9, 0.01};
+    made.evidence = {60, 80, 30, 0.9, 0.01, 4.5};
     made.residual = 1.0 / 3.0;
     data.links.push_back(made);
   };
@@ -148,6 +148,8 @@ inline void expectSame(const AtlasData& a, const AtlasData& b) {
     EXPECT_EQ(bytesOf(left.covariance), bytesOf(right.covariance));
     EXPECT_EQ(left.evidence.inliers, right.evidence.inliers);
     EXPECT_EQ(left.evidence.matches, right.evidence.matches);
+    EXPECT_EQ(left.evidence.off_plane, right.evidence.off_plane);
+    EXPECT_EQ(left.evidence.log_odds, right.evidence.log_odds);
     EXPECT_EQ(left.evidence.agreement, right.evidence.agreement);
     EXPECT_EQ(left.evidence.seen_through, right.evidence.seen_through);
     EXPECT_EQ(left.residual, right.residual);

@@ -38,7 +38,8 @@ std::string rowsOf(const std::string& path) {
         "height, hex(sightings), hex(descriptors), descriptor_bytes, hex(inverse_depths), "
         "cells_across, hex(thumbnail) FROM keyframes",
         "SELECT id, kind, state, from_submap, to_submap, from_keyframe, to_keyframe, "
-        "hex(T_to_from), hex(covariance), inliers, matches, agreement, seen_through, residual FROM "
+        "hex(T_to_from), hex(covariance), inliers, matches, off_plane, agreement, seen_through, "
+        "log_odds, residual FROM "
         "links"})
     EXPECT_EQ(SQLITE_OK, sqlite3_exec(file, query, add, &all, nullptr)) << query;
   sqlite3_close(file);
