@@ -16,6 +16,7 @@ namespace {
 
 /// What the stages of the running test saw; a test starts with it empty.
 std::vector<std::string> seen_by_stages;
+std::vector<std::string> begun_by_stages;
 
 template <StageKind kKindOfThis>
 class Spy : public Stage {
@@ -28,6 +29,9 @@ class Spy : public Stage {
   void adapt(const CloudScale& scale) override {
     seen_by_stages.push_back(name_ + " adapts to " + std::to_string(scale.points) +
                              (scale.stereo ? " of stereo" : ""));
+  }
+  void begin(const Frame& frame) override {
+    begun_by_stages.push_back(name_ + " " + std::to_string(frame.number));
   }
   void process(Frame& frame) override {
     seen_by_stages.push_back(name_ + " " + std::to_string(frame.number));
@@ -55,6 +59,7 @@ void add(StageTable& table, const std::string& name) {
 
 Pipeline parsedPipeline(const std::string& settings = "") {
   seen_by_stages.clear();
+  begun_by_stages.clear();
   StageTable table;
   add<StageKind::Images>(table, "images");
   add<StageKind::Features>(table, "features");
@@ -155,6 +160,7 @@ TEST(Sections, FramesCanBeSensedAheadOfTheMap) {
   EXPECT_EQ((Notes{"images 1", "features 1", "motion 1", "points 1", "map 0", "map 1"}),
             seen_by_stages);
   EXPECT_EQ(&pipeline.map(), second[0].map);
+  EXPECT_EQ((Notes{"images 0", "features 0", "images 1", "features 1"}), begun_by_stages);
 }
 
 /// A given pose needs no features; for another process they are found all the same.

@@ -96,7 +96,7 @@ struct Frame {
   std::size_t features = 0;                ///< followed by kl_occupancy
   std::size_t matches = 0;                 ///< of those, seen before
   std::size_t inliers = 0;                 ///< matches that agree with the motion (Motion stage)
-  PlanarMap* map = nullptr;                ///< it goes to; for stages of kind Beliefs and Map alone
+  PlanarMap* map = nullptr;                ///< null before stages of kind Beliefs and Map
   bool inserted = false;                   ///< into the map
   FrameUpdate update;                      ///< what the insertion did
   std::vector<FrameStatistic> statistics;  ///< of the stages, for frames.csv

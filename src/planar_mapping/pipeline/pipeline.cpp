@@ -188,7 +188,7 @@ void Pipeline::prepare(Frame& frame) {
   if (frame.front_end_done) return;
   const Clock::time_point start = Clock::now();
   checkPictures(frame);
-  for (std::size_t i = 0; i < images_size_; ++i) runStage(i, frame);
+  beginAndRun(0, images_size_, frame, false);
   frame.is_prepared = true;
   frame.sensing_ms = millisecondsSince(start);
 }
@@ -196,17 +196,21 @@ void Pipeline::prepare(Frame& frame) {
 /// \param for_others  another process does the rest: it may use key features
 void Pipeline::runFrontEnd(Frame& frame, bool for_others) {
   if (!frame.is_prepared) checkPictures(frame);
-  const bool with_features = for_others || usesKeyFeatures(frame, 0);
+  beginAndRun(frame.is_prepared ? images_size_ : 0, front_end_size_, frame,
+              for_others || usesKeyFeatures(frame, 0));
+  frame.front_end_done = true;
+}
+
+/// Stages of the front-end from \p first to before \p last.
+void Pipeline::beginAndRun(std::size_t first, std::size_t last, Frame& frame, bool with_features) {
+  const auto& stages = configuration_.stages;
   const auto runs = [&](const ConfiguredStage& stage) {
     return stage.enabled && (with_features || stage.kind != StageKind::Features);
   };
-  const auto& stages = configuration_.stages;
-  const std::size_t first = frame.is_prepared ? images_size_ : 0;
-  for (std::size_t i = first; i < front_end_size_ && frame.skip_reason.empty(); ++i)
+  for (std::size_t i = first; i < last && frame.skip_reason.empty(); ++i)
     if (runs(stages[i])) stages[i].stage->begin(frame);
-  for (std::size_t i = first; i < front_end_size_; ++i)
+  for (std::size_t i = first; i < last; ++i)
     if (runs(stages[i])) runStage(i, frame);
-  frame.front_end_done = true;
 }
 
 void Pipeline::findUsablePoints(Frame& frame) const {

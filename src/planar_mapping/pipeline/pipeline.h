@@ -84,7 +84,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// \return the frame, then those that it helped to place (Frame::again), all to be integrated
   std::vector<Frame> sense(Frame frame);
   FrameReport integrate(Frame& frame);
-  /// Whether the map has: a frame got as far as the stages for points.
+  /// Whether a frame got as far as the stages for points: the map begins with it.
   bool hasBegun() const { return has_begun_; }
 
   /// The front-end alone, for a process that hands the frame on; process() of the same
@@ -119,6 +119,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
  private:
   void checkPictures(Frame& frame);
   void runFrontEnd(Frame& frame, bool for_others);
+  void beginAndRun(std::size_t first, std::size_t last, Frame& frame, bool with_features);
   void findUsablePoints(Frame& frame) const;
   void runMotion(Frame& frame);
   void runMapping(Frame& frame);

@@ -57,8 +57,10 @@ bool mayBecome(const std::string& asked, const std::string& resolved) {
 /// One run from input to files.
 class Run {
  public:
-  Run(Configuration configuration, FrameSource& source, const RunOptions& options)
+  /// \param from_files  the source never waits for frames that are still to come
+  Run(Configuration configuration, FrameSource& source, const RunOptions& options, bool from_files)
       : options_(options),
+        from_files_(from_files),
         pipeline_(std::move(configuration)),
         source_(source),
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
@@ -189,7 +191,7 @@ class Run {
   /// Whether a frame is read and its images are matched, another one sensed, and one integrated at
   /// the same time: with more than one thread, where the frames are there already.
   bool worksAhead() const {
-    return source_.size() && pipeline_.hasBegun() &&
+    return from_files_ && pipeline_.hasBegun() &&
            resolveThreads(pipeline_.configuration().settings.threads) > 1;
   }
 
@@ -386,6 +388,7 @@ class Run {
   }
 
   const RunOptions& options_;
+  const bool from_files_;
   Pipeline pipeline_;
   FrameSource& source_;
   const OutputDirectory directory_;
@@ -445,12 +448,13 @@ void requireStagesFor(const FrameSource& source, const Configuration& configurat
 RunResult runPipeline(Configuration configuration, const RunOptions& options) {
   configuration = withAbsolutePaths(std::move(configuration));
   SequenceSource source(configuration);
-  return runPipeline(std::move(configuration), source, options);
+  requireStagesFor(source, configuration);
+  return Run(std::move(configuration), source, options, true).execute();
 }
 
 RunResult runPipeline(Configuration configuration, FrameSource& source, const RunOptions& options) {
   requireStagesFor(source, configuration);
-  return Run(std::move(configuration), source, options).execute();
+  return Run(std::move(configuration), source, options, false).execute();
 }
 
 }  // namespace planar_mapping

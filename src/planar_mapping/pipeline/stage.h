@@ -76,9 +76,9 @@ class PLANAR_MAPPING_EXPORT Stage {
   virtual std::optional<double> resolution() const { return std::nullopt; }
   /// Lets a stage set parameters of the map; called once, after adapt().
   virtual void configureMap(PlanarMapParams& /*params*/) const {}
-  /// Of stages up to Features: called before any of them works on the frame, to begin in the
-  /// background what needs only the images as they came. A frame that is left out on the way does
-  /// not get to process().
+  /// Of stages up to Features: called before any of them works on the frame, but for Images stages
+  /// that Pipeline::prepare() ran, to begin in the background what needs only the images. A frame
+  /// that is left out on the way does not get to process().
   virtual void begin(const Frame& /*frame*/) {}
   /// Does the work on one frame.
   virtual void process(Frame& frame) = 0;
