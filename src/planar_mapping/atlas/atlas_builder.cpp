@@ -53,6 +53,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
   session_ = session.id;
   data_.sessions.push_back(std::move(session));
   for (const Keyframe& key : data_.keyframes) places_.add(key);
+  stored_ = earlier_ = data_.submaps.size();
 }
 
 PlanarMap& AtlasBuilder::mapFor(const Pose& T_session_sensor) {
@@ -170,8 +171,26 @@ void AtlasBuilder::updateJoined() {
   is_joined_ = true;
 }
 
-const AtlasData& AtlasBuilder::data() {
-  return data_;
+bool AtlasBuilder::store(const Write& write, bool is_over) {
+  const std::size_t whole = data_.submaps.size() - (open_ && !is_over ? 1 : 0);
+  if (whole <= stored_) return false;
+  const std::int64_t first = data_.submaps[stored_].id;
+  const std::int64_t end = data_.submaps[whole - 1].id + 1;
+  AtlasData added;
+  AtlasData solved;
+  if (stored_ == earlier_) added.sessions.push_back(data_.sessions.back());
+  const auto division = data_.submaps.begin() + static_cast<std::ptrdiff_t>(stored_);
+  solved.submaps.assign(data_.submaps.begin(), division);
+  added.submaps.assign(division, data_.submaps.begin() + static_cast<std::ptrdiff_t>(whole));
+  for (const Keyframe& key : data_.keyframes)
+    if (key.submap >= first && key.submap < end) added.keyframes.push_back(key);
+  for (const Link& link : data_.links) {
+    const std::int64_t later = std::max(link.from_submap, link.to_submap);
+    if (later < end) (later < first ? solved : added).links.push_back(link);
+  }
+  write(added, solved);
+  stored_ = whole;
+  return true;
 }
 
 std::size_t AtlasBuilder::memoryBytes() const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -66,7 +67,17 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
   const PlanarMap& map();
   /// Everything so far, the open submap included.
-  const AtlasData& data();
+  const AtlasData& data() const {
+    return data_;
+  }
+
+  /// What a store lacks: \p added is new, \p solved has other poses, components and states than
+  /// before (AtlasStore::append()).
+  using Write = std::function<void(const AtlasData& added, const AtlasData& solved)>;
+  /// Gives what no earlier call gave to \p write, which may throw: then it is given again.
+  /// \param is_over  the open submap too: it must not grow any more
+  /// \return whether there was a submap to give
+  bool store(const Write& write, bool is_over);
   std::size_t memoryBytes() const;  ///< of the closed submaps of this session
 
  private:
@@ -87,6 +98,8 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   double path_ = 0.0;                  ///< in the open submap, metres
   Matrix6 drift_ = Matrix6::Zero();    ///< in it, in the frames of the sensor
   std::size_t closed_bytes_ = 0;
+  std::size_t earlier_ = 0;  ///< submaps of earlier sessions
+  std::size_t stored_ = 0;   ///< submaps that a store has
 };
 
 }  // namespace planar_mapping

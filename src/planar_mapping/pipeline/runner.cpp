@@ -66,6 +66,11 @@ class Run {
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
     result_.output = directory_.path();
   }
+  ~Run() {
+    dropEmptyAtlas();
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
 
   RunResult execute() {
     if (options_.resume && hasEarlierResult() && isFinished()) {
@@ -84,6 +89,7 @@ class Run {
       if (statistics_.usedFrames() == 0 || !mayReplace()) throw;
       source_.close();
       log(std::string("failed: ") + error.what());
+      closeAtlas();
       save(true);
       throw;
     }
@@ -92,6 +98,7 @@ class Run {
     // A map of nothing, or of less, must not replace one of something.
     result_.saved =
         !result_.interrupted || (statistics_.frames() > 0 ? mayReplace() : !hasEarlierResult());
+    closeAtlas();
     save(result_.interrupted);
     return std::move(result_);
   }
@@ -157,8 +164,14 @@ class Run {
     if (options_.resume)
       throw InputError(options_.atlas + ": a run with an atlas cannot be resumed; run it again");
     const int threads = pipeline_.configuration().settings.threads;
+    is_new_atlas_ = !fs::exists(options_.atlas);
     AtlasData known;
-    if (fs::exists(options_.atlas)) known = loadAtlas(options_.atlas, threads);
+    if (is_new_atlas_) {
+      writeAtlas([&]() { store_ = AtlasStore::create(options_.atlas); });
+    } else {
+      known = loadAtlas(options_.atlas, threads);  // what cannot be read is no fault of writing
+      writeAtlas([&]() { store_ = AtlasStore::open(options_.atlas, AtlasAccess::Write); });
+    }
     SubmapParams params;
     params.frames = options_.submap_frames;
     AtlasSession session;
@@ -168,13 +181,34 @@ class Run {
     pipeline_.keepAtlas(params, std::move(session), std::move(known));
   }
 
-  void saveAtlasOf(AtlasBuilder& atlas) {
+  template <typename Write>
+  static void writeAtlas(const Write& write) {
     try {
-      saveAtlas(atlas.data(), options_.atlas, io::Overwrite::Allow);
+      write();
     } catch (const IoError& error) {
       throw OutputError(error.what());
     }
-    const AtlasData& data = atlas.data();
+  }
+
+  /// Each submap is one transaction. A disk that is full now may have room for the next.
+  void storeSubmaps(bool is_over) {
+    AtlasBuilder* const atlas = pipeline_.atlas();
+    if (atlas == nullptr || !store_) return;
+    const auto append = [this](const AtlasData& added, const AtlasData& solved) {
+      writeAtlas([&]() { store_->append(added, solved); });
+    };
+    try {
+      if (atlas->store(append, is_over)) is_new_atlas_ = false;
+    } catch (const OutputError& error) {
+      if (is_over) throw;
+      warn(std::string("a submap could not be saved on the way: ") + error.what());
+    }
+  }
+
+  void closeAtlas() {
+    if (pipeline_.atlas() == nullptr) return;
+    storeSubmaps(true);
+    const AtlasData& data = pipeline_.atlas()->data();
     const auto loops = std::count_if(data.links.begin(), data.links.end(), [](const Link& link) {
       return link.kind == LinkKind::Loop && link.state == LinkState::Used;
     });
@@ -182,10 +216,21 @@ class Run {
         std::to_string(data.keyframes.size()) + " keyframes, " + std::to_string(loops) +
         " loops used");
   }
+
+  /// An atlas without any submap is none.
+  void dropEmptyAtlas() {
+    if (!store_) return;
+    store_.reset();
+    std::error_code ignored;
+    if (is_new_atlas_) fs::remove(options_.atlas, ignored);
+  }
 #else
   void openAtlas() {
     throw InputError(options_.atlas + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
   }
+  void storeSubmaps(bool) {}
+  void closeAtlas() {}
+  void dropEmptyAtlas() {}
 #endif
 
   /// Whether a frame is read and its images are matched, another one sensed, and one integrated at
@@ -251,6 +296,7 @@ class Run {
         reportOn(done.frame, done.report);
       }
     }
+    storeSubmaps(false);
   }
 
   static std::string nameOf(const FrameReport& report) {
@@ -356,9 +402,6 @@ class Run {
     files.emplace_back("metrics.json", result_.metrics_json);
     files.emplace_back("map.pmap", std::move(bytes));
     directory_.commit(files);
-#ifdef PLANAR_MAPPING_HAS_ATLAS
-    if (pipeline_.atlas() != nullptr && !on_the_way) saveAtlasOf(*pipeline_.atlas());
-#endif
   }
 
   bool mayReplace() const {
@@ -400,6 +443,10 @@ class Run {
   bool warned_of_sensor_ = false;
   Clock::time_point next_checkpoint_;
   RunResult result_;
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  std::optional<AtlasStore> store_;
+  bool is_new_atlas_ = false;  ///< nothing was written into it yet
+#endif
   std::future<std::vector<Processed>> at_work_;  ///< the frame that is being integrated
   std::future<Read> ahead_;                      ///< the next frame
 };

@@ -26,7 +26,7 @@ struct RunOptions {
   double checkpoint_s = 30.0;
   /// File of an atlas, which the run makes, or goes on in where it exists: the map is made of
   /// submaps, places are recognised by the images, loops are closed, and all is joined with what
-  /// earlier runs left in the file. It is saved with the results at the end. Empty = none. Not with
+  /// earlier runs left in the file. Each submap is saved when it is closed. Empty = none. Not with
   /// `resume`.
   std::string atlas;
   int submap_frames = 20;                   ///< after which a submap is closed, >= 1
