@@ -17,6 +17,9 @@
 #include "planar_mapping/pipeline/run_statistics.h"
 #include "planar_mapping/pipeline/run_summary.h"
 #include "planar_mapping/pipeline/sequence_source.h"
+#ifdef PLANAR_MAPPING_HAS_STEREO
+#include "planar_mapping/stereo/opencv_threads.h"
+#endif
 
 namespace planar_mapping {
 namespace {
@@ -60,6 +63,9 @@ class Run {
         from_files_(from_files),
         pipeline_(std::move(configuration)),
         source_(source),
+#ifdef PLANAR_MAPPING_HAS_STEREO
+        opencv_threads_(pipeline_.configuration().settings.threads),
+#endif
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
     result_.output = directory_.path();
   }
@@ -318,7 +324,9 @@ class Run {
     directory_.commit(files);
   }
 
-  bool mayReplace() const { return statistics_.frames() >= earlier_frames_; }
+  bool mayReplace() const {
+    return statistics_.frames() >= earlier_frames_;
+  }
 
   void requireMap() const {
     if (statistics_.usedFrames() > 0) return;
@@ -329,7 +337,9 @@ class Run {
                      (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
 
-  bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
+  bool stopRequested() const {
+    return options_.stop != nullptr && *options_.stop;
+  }
   void log(const std::string& line) {
     log_text_ += line + "\n";
     if (options_.log) options_.log(line);
@@ -344,6 +354,9 @@ class Run {
   const bool from_files_;
   Pipeline pipeline_;
   FrameSource& source_;
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  const detail::OpenCvThreads opencv_threads_;  ///< several frames are at work at once
+#endif
   const OutputDirectory directory_;
   detail::RunStatistics statistics_;
   std::string log_text_;
