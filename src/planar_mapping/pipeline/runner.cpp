@@ -20,6 +20,9 @@
 #include "planar_mapping/pipeline/run_statistics.h"
 #include "planar_mapping/pipeline/run_summary.h"
 #include "planar_mapping/pipeline/sequence_source.h"
+#ifdef PLANAR_MAPPING_HAS_STEREO
+#include "planar_mapping/stereo/opencv_threads.h"
+#endif
 
 namespace planar_mapping {
 namespace {
@@ -63,6 +66,9 @@ class Run {
         from_files_(from_files),
         pipeline_(std::move(configuration)),
         source_(source),
+#ifdef PLANAR_MAPPING_HAS_STEREO
+        opencv_threads_(pipeline_.configuration().settings.threads),
+#endif
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
     result_.output = directory_.path();
   }
@@ -434,6 +440,9 @@ class Run {
   const bool from_files_;
   Pipeline pipeline_;
   FrameSource& source_;
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  const detail::OpenCvThreads opencv_threads_;  ///< several frames are at work at once
+#endif
   const OutputDirectory directory_;
   detail::RunStatistics statistics_;
   std::string log_text_;

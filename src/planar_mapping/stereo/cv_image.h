@@ -2,14 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utility.hpp>
 #include <string>
 
 #include "planar_mapping/base/error.h"
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 
@@ -44,27 +41,6 @@ inline void requireStereo(const io::Calibration& calibration, int width, int hei
                      sizeText(calibration.camera.width, calibration.camera.height));
   }
 }
-
-/// Makes OpenCV use so many threads (0 = all cores) as long as it lives. The number is one for the
-/// whole process; two that meet disturb each other's speed, never a result.
-class OpenCvThreads {
- public:
-  explicit OpenCvThreads(int threads) : before_(cv::getNumThreads()) {
-    // More threads than cores only make its scheduler complain on the terminal.
-    const int wanted = std::min(resolveThreads(threads), cv::getNumberOfCPUs());
-    if (wanted != before_) cv::setNumThreads(wanted);
-    changed_ = wanted != before_;
-  }
-  ~OpenCvThreads() {
-    if (changed_) cv::setNumThreads(before_);
-  }
-  OpenCvThreads(const OpenCvThreads&) = delete;
-  OpenCvThreads& operator=(const OpenCvThreads&) = delete;
-
- private:
-  int before_;
-  bool changed_ = false;
-};
 
 class Stopwatch {
  public:

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "planar_mapping/stereo/cv_image.h"
+#include "planar_mapping/stereo/opencv_threads.h"
 
 namespace planar_mapping {
 namespace {
@@ -85,6 +86,7 @@ io::Image Rectifier::rectify(const io::Image& image, bool left) const {
     throw InputError("the images are " + detail::sizeText(image.width, image.height) +
                      " pixels, their calibration " + detail::sizeText(camera.width, camera.height));
   }
+  const detail::OpenCvThreads threads;
   io::Image out = image;
   const int side = left ? 0 : 1;
   cv::Mat target = detail::matOf(out);

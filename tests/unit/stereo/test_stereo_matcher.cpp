@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -347,6 +348,25 @@ TEST(StereoMatcher, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.uniqueness_percent = 101.0; });
   refused([](auto& p) { p.prefilter_cap = 64; });
   refused([](auto& p) { p.threads = -1; });
+}
+
+TEST(StereoMatcher, MatchersOfDifferentThreadsWorkAtTheSameTime) {
+  const ImagePair pair = pairOf(Pattern(2), {20.0, 0.0, 0.0}, kImageWidth, kImageHeight);
+  StereoMatcherParams one;
+  one.threads = 1;
+  StereoMatcherParams all;
+  all.threads = 0;
+  const DisparityImage alone = match(pair, one);
+  const auto matchOften = [&pair, &alone](const StereoMatcherParams& params) {
+    for (int i = 0; i < 60; ++i) {
+      const DisparityImage found = match(pair, params);
+      ASSERT_EQ(0, std::memcmp(alone.values.data(), found.values.data(),
+                               alone.values.size() * sizeof(alone.values[0])));
+    }
+  };
+  std::thread other(matchOften, one);
+  matchOften(all);
+  other.join();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/stereo/cv_image.h"
+#include "planar_mapping/stereo/opencv_threads.h"
 
 namespace planar_mapping {
 namespace {

@@ -12,6 +12,7 @@
 #include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/stereo/features/stereo_features.h"
 #include "planar_mapping/stereo/features/track_memory.h"
+#include "planar_mapping/stereo/opencv_threads.h"
 
 namespace planar_mapping {
 namespace {

@@ -14,6 +14,7 @@
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/matching/semi_global.h"
 #include "planar_mapping/stereo/matching/subpixel.h"
+#include "planar_mapping/stereo/opencv_threads.h"
 
 namespace planar_mapping {
 namespace {
