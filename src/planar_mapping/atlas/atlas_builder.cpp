@@ -20,7 +20,7 @@ constexpr double kKeyframeTurn = 15.0 * kRadiansPerDegree;  // radians
 constexpr std::size_t kCandidates = 4;                      // keyframes checked for each new one
 /// Of a given pose, and of what a motion's covariance does not say: calibration, time stamps.
 constexpr double kLeastShift = 0.001;  // metres, a step
-constexpr double kLeastTurn = 0.0003;   // radians, a step
+constexpr double kLeastTurn = 0.0003;  // radians, a step
 
 /// What a small motion in the sensor's frame is in the frame the pose leads to; see Matrix6.
 Matrix6 adjointOf(const Pose& pose) {

@@ -67,9 +67,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
   const PlanarMap& map();
   /// Everything so far, the open submap included.
-  const AtlasData& data() const {
-    return data_;
-  }
+  const AtlasData& data() const { return data_; }
 
   /// What a store lacks: \p added is new, \p solved has other poses, components and states than
   /// before (AtlasStore::append()).

@@ -12,6 +12,7 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/features/feature_detection.h"
+#include "planar_mapping/stereo/opencv_threads.h"
 
 namespace planar_mapping {
 namespace {
@@ -179,7 +180,7 @@ Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud, const Feat
   requireGray(gray, camera);
   if (static_cast<int>(cloud.width) != gray.width || static_cast<int>(cloud.height) != gray.height)
     throw InputError("the cloud of a keyframe has to be as large as its image");
-  const detail::OpenCvThreads one(1);
+  const detail::OpenCvThreads threads;
   Keyframe key = begin(gray, camera);
   const detail::KeyframeCells cells(key);
   for (int row = 0; row < cells.down(); ++row) {
@@ -216,7 +217,7 @@ Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud, const Feat
 Keyframe makeKeyframe(const io::Image& gray, const std::vector<KeyFeature>& features,
                       const FeatureCamera& camera) {
   requireGray(gray, camera);
-  const detail::OpenCvThreads one(1);
+  const detail::OpenCvThreads threads;
   constexpr float kSize = 6.0F;  // of a feature, pixels of the reduced image
   Keyframe key = begin(gray, camera);
   const detail::KeyframeCells cells(key);

@@ -211,8 +211,8 @@ double medianDepth(const Keyframe& key) {
   return *middle;
 }
 
-/// How much likelier a link is right than wrong (natural logarithm). The weights were fitted to links
-/// of whole images with thousands of features; that of agreement is a guess.
+/// How much likelier a link is right than wrong (natural logarithm). The weights were fitted to
+/// links of whole images with thousands of features; that of agreement is a guess.
 double linkLogOdds(std::size_t off_plane, double seen_again, double through, double agreement) {
   return -4.76 + 0.79 * std::min(3.0, std::log1p(static_cast<double>(off_plane))) +
          7.07 * seen_again - 1.57 * std::log(std::max(through, 0.005) / 0.05) +
