@@ -34,7 +34,8 @@ Matrix6 adjointOf(const Pose& pose) {
   return adjoint;
 }
 
-std::int64_t nextId(const std::vector<Submap>& rows) {
+template <typename Row>
+std::int64_t nextId(const std::vector<Row>& rows) {
   return rows.empty() ? 0 : rows.back().id + 1;
 }
 
@@ -49,7 +50,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
                            AtlasSession session, AtlasData known)
     : params_(params), map_params_(map), data_(std::move(known)) {
   params_.validate();
-  session.id = data_.sessions.empty() ? 0 : data_.sessions.back().id + 1;
+  session.id = nextId(data_.sessions);
   session_ = session.id;
   data_.sessions.push_back(std::move(session));
   for (const Keyframe& key : data_.keyframes) places_.add(key);
@@ -59,7 +60,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
 PlanarMap& AtlasBuilder::mapFor(const Pose& T_session_sensor) {
   const bool is_full = open_ && (open_->frames() >= static_cast<std::size_t>(params_.frames) ||
                                  path_ >= params_.path);
-  if (!open_ || is_full) begin(T_session_sensor);
+  if (!open_ || is_full || is_lost_) begin(T_session_sensor);
   is_joined_ = false;
   return *open_;
 }
@@ -74,10 +75,13 @@ void AtlasBuilder::begin(const Pose& T_session_sensor) {
     closed_bytes_ += open_->memoryBytes();
     const Submap& last = data_.submaps.back();
     joined_.set(static_cast<std::int32_t>(last.id), last.map, last.T_world_submap);
+  }
+  if (open_ && !is_lost_) {
+    const Submap& last = data_.submaps.back();
     next.component = last.component;
     next.T_world_submap = last.T_world_submap;
     Link link;
-    link.id = data_.links.empty() ? 0 : data_.links.back().id + 1;
+    link.id = nextId(data_.links);
     link.kind = LinkKind::Neighbour;
     link.from_submap = last.id;
     link.to_submap = next.id;
@@ -89,8 +93,14 @@ void AtlasBuilder::begin(const Pose& T_session_sensor) {
   next.map = open_;
   data_.submaps.push_back(std::move(next));
   last_keyframe_.reset();
+  is_lost_ = false;
   path_ = 0.0;
   drift_.setZero();
+}
+
+void AtlasBuilder::loseTrack() {
+  last_frame_.reset();
+  is_lost_ = open_ != nullptr;
 }
 
 AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
@@ -113,24 +123,26 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
       return update;
   }
   Keyframe key = makeKeyframe(*seen.gray, seen.cloud, seen.camera);
-  key.id = data_.keyframes.empty() ? 0 : data_.keyframes.back().id + 1;
+  key.id = nextId(data_.keyframes);
   key.submap = data_.submaps.back().id;
   key.frame = seen.frame;
   key.source = seen.source;
   key.timestamp = seen.timestamp;
   key.T_submap_keyframe = seen.T_session_sensor;
   last_keyframe_ = seen.T_session_sensor;
-  update.links = findLoops(key);
+  const std::size_t found = findLoops(key);
   places_.add(key);
   data_.keyframes.push_back(std::move(key));
-  if (update.links.empty()) return update;
+  if (found == 0) return update;
   update.moved = solvePoseGraph(data_).moved;
+  update.links.assign(data_.links.end() - static_cast<std::ptrdiff_t>(found), data_.links.end());
   is_joined_ = is_joined_ && update.moved.empty();
   return update;
 }
 
-std::vector<std::int64_t> AtlasBuilder::findLoops(const Keyframe& key) {
-  std::vector<std::int64_t> found;
+/// \return how many were added at the end of the links
+std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
+  std::size_t found = 0;
   std::vector<std::int64_t> neighbours;
   for (const Link& link : data_.links)
     if (link.kind == LinkKind::Neighbour && link.to_submap == key.submap)
@@ -141,9 +153,9 @@ std::vector<std::int64_t> AtlasBuilder::findLoops(const Keyframe& key) {
                          [](const Keyframe& one, std::int64_t id) { return one.id < id; });
     std::optional<Link> link = PlaceFinder::verify(key, *other);
     if (!link) continue;
-    link->id = data_.links.empty() ? 0 : data_.links.back().id + 1;
-    found.push_back(link->id);
+    link->id = nextId(data_.links);
     data_.links.push_back(std::move(*link));
+    ++found;
   }
   return found;
 }
@@ -155,7 +167,7 @@ const PlanarMap& AtlasBuilder::map() {
 
 void AtlasBuilder::updateJoined() {
   if (is_joined_ || !open_) return;
-  const std::int64_t component = data_.submaps.back().component;
+  const std::int64_t component = data_.submaps[earlier_].component;
   for (const Submap& submap : data_.submaps) {
     const auto id = static_cast<std::int32_t>(submap.id);
     if (submap.component != component) {

@@ -57,12 +57,16 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   };
   /// What became known by a frame.
   struct Update {
-    std::vector<std::int64_t> links;  ///< loops that were found
+    std::vector<Link> links;          ///< loops that were found, solved
     std::vector<std::int64_t> moved;  ///< submaps
   };
   Update add(const Seen& seen);
 
-  /// All submaps that links join with those of this session, as one map. Valid until the next call
+  /// The next frame's pose has nothing to do with those before: it begins a submap that only a loop
+  /// can join with them.
+  void loseTrack();
+
+  /// All submaps that links join with the first of this session, as one map. Valid until the next call
   /// of mapFor().
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
   const PlanarMap& map();
@@ -81,7 +85,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
  private:
   void begin(const Pose& T_session_sensor);
   void updateJoined();
-  std::vector<std::int64_t> findLoops(const Keyframe& key);
+  std::size_t findLoops(const Keyframe& key);
 
   SubmapParams params_;
   PlanarMapParams map_params_;
@@ -93,6 +97,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   bool is_joined_ = false;             ///< joined_ holds the open submap as it is
   std::optional<Pose> last_frame_;     ///< T_session_sensor
   std::optional<Pose> last_keyframe_;  ///< T_session_sensor, of the open submap
+  bool is_lost_ = false;
   double path_ = 0.0;                  ///< in the open submap, metres
   Matrix6 drift_ = Matrix6::Zero();    ///< in it, in the frames of the sensor
   std::size_t closed_bytes_ = 0;

@@ -385,10 +385,9 @@ void Pipeline::addToAtlas(Frame& frame) {
     }
   }
   const AtlasBuilder::Update update = atlas_->add(seen);
-  for (const std::int64_t id : update.links) {
-    const Link& link = atlas_->data().links[static_cast<std::size_t>(id)];
+  for (const Link& link : update.links) {
     const char* const states[] = {"used", "not used: others contradict it, or too few agree"};
-    frame.notes.push_back(frame.source + ": loop " + std::to_string(id) + " between submaps " +
+    frame.notes.push_back(frame.source + ": loop " + std::to_string(link.id) + " between submaps " +
                           std::to_string(link.from_submap) + " and " +
                           std::to_string(link.to_submap) + ", " +
                           std::to_string(link.evidence.inliers) + " features, " +
