@@ -63,9 +63,6 @@ class Run {
         from_files_(from_files),
         pipeline_(std::move(configuration)),
         source_(source),
-#ifdef PLANAR_MAPPING_HAS_STEREO
-        opencv_threads_(pipeline_.configuration().settings.threads),
-#endif
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
     result_.output = directory_.path();
   }
@@ -324,9 +321,7 @@ class Run {
     directory_.commit(files);
   }
 
-  bool mayReplace() const {
-    return statistics_.frames() >= earlier_frames_;
-  }
+  bool mayReplace() const { return statistics_.frames() >= earlier_frames_; }
 
   void requireMap() const {
     if (statistics_.usedFrames() > 0) return;
@@ -337,9 +332,7 @@ class Run {
                      (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
 
-  bool stopRequested() const {
-    return options_.stop != nullptr && *options_.stop;
-  }
+  bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
   void log(const std::string& line) {
     log_text_ += line + "\n";
     if (options_.log) options_.log(line);
@@ -355,7 +348,8 @@ class Run {
   Pipeline pipeline_;
   FrameSource& source_;
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  const detail::OpenCvThreads opencv_threads_;  ///< several frames are at work at once
+  /// Several frames are at work at once.
+  const detail::OpenCvThreads opencv_threads_{pipeline_.configuration().settings.threads};
 #endif
   const OutputDirectory directory_;
   detail::RunStatistics statistics_;
