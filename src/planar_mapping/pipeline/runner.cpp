@@ -66,15 +66,10 @@ class Run {
         from_files_(from_files),
         pipeline_(std::move(configuration)),
         source_(source),
-#ifdef PLANAR_MAPPING_HAS_STEREO
-        opencv_threads_(pipeline_.configuration().settings.threads),
-#endif
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
     result_.output = directory_.path();
   }
-  ~Run() {
-    dropEmptyAtlas();
-  }
+  ~Run() { dropEmptyAtlas(); }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
 
@@ -441,7 +436,8 @@ class Run {
   Pipeline pipeline_;
   FrameSource& source_;
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  const detail::OpenCvThreads opencv_threads_;  ///< several frames are at work at once
+  /// Several frames are at work at once.
+  const detail::OpenCvThreads opencv_threads_{pipeline_.configuration().settings.threads};
 #endif
   const OutputDirectory directory_;
   detail::RunStatistics statistics_;
