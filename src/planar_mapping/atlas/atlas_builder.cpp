@@ -205,6 +205,17 @@ bool AtlasBuilder::store(const Write& write, bool is_over) {
   return true;
 }
 
+AtlasBuilder::Trajectory AtlasBuilder::trajectory() const {
+  Trajectory all;
+  for (std::size_t i = earlier_; i < data_.submaps.size(); ++i) {
+    const Submap& submap = data_.submaps[i];
+    if (submap.component != data_.submaps[earlier_].component) continue;
+    for (const auto& [timestamp, T_submap_sensor] : submap.map->trajectory())
+      all.emplace_back(timestamp, submap.T_world_submap * T_submap_sensor);
+  }
+  return all;
+}
+
 std::size_t AtlasBuilder::memoryBytes() const {
   return closed_bytes_;
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/atlas/atlas_data.h"
@@ -66,10 +67,13 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// can join with them.
   void loseTrack();
 
-  /// All submaps that links join with the first of this session, as one map. Valid until the next call
-  /// of mapFor().
+  /// All submaps that links join with the first of this session, as one map. Valid until the next
+  /// call of mapFor().
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
   const PlanarMap& map();
+  using Trajectory = std::vector<std::pair<double, Pose>>;  ///< time stamps, T_world_sensor
+  /// Frames of this session that lie in the world of its first one, in the order of the maps.
+  Trajectory trajectory() const;
   /// Everything so far, the open submap included.
   const AtlasData& data() const { return data_; }
 
@@ -98,8 +102,8 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::optional<Pose> last_frame_;     ///< T_session_sensor
   std::optional<Pose> last_keyframe_;  ///< T_session_sensor, of the open submap
   bool is_lost_ = false;
-  double path_ = 0.0;                  ///< in the open submap, metres
-  Matrix6 drift_ = Matrix6::Zero();    ///< in it, in the frames of the sensor
+  double path_ = 0.0;                ///< in the open submap, metres
+  Matrix6 drift_ = Matrix6::Zero();  ///< in it, in the frames of the sensor
   std::size_t closed_bytes_ = 0;
   std::size_t earlier_ = 0;  ///< submaps of earlier sessions
   std::size_t stored_ = 0;   ///< submaps that a store has

@@ -42,8 +42,8 @@ struct FrameReport {
   std::size_t planes = 0;
   std::size_t planes_new = 0;
   std::size_t planes_matched = 0;
-  /// In the map, or the submap, PlanarMap::cuboidCountAtMost(): of the last of the frames after which they were
-  /// counted, which get rarer as the map grows.
+  /// In the map, or the submap, PlanarMap::cuboidCountAtMost(): of the last of the frames after
+  /// which they were counted, which get rarer as the map grows.
   std::size_t cuboids = 0;
   std::size_t map_bytes = 0;
   std::vector<FrameStatistic> statistics;  ///< of the stages

@@ -384,7 +384,7 @@ class Run {
     result_.summary = detail::summaryOf(configuration, metrics);
     log("saved to " + directory_.path() + ": " + result_.summary);
     std::vector<io::StampedPose> trajectory;
-    for (const auto& [timestamp, pose] : map.trajectory())
+    for (const auto& [timestamp, pose] : posesOfFrames())
       trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
     // Frames that were left out at first come last in the map.
     if (!warned_of_time_) {
@@ -403,6 +403,14 @@ class Run {
     files.emplace_back("metrics.json", result_.metrics_json);
     files.emplace_back("map.pmap", std::move(bytes));
     directory_.commit(files);
+  }
+
+  /// Without those of earlier sessions.
+  std::vector<std::pair<double, Pose>> posesOfFrames() const {
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+    if (pipeline_.atlas() != nullptr) return pipeline_.atlas()->trajectory();
+#endif
+    return pipeline_.map().trajectory();
   }
 
   bool mayReplace() const {
