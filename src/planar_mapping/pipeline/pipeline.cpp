@@ -458,7 +458,7 @@ std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
 }
 
 FrameReport Pipeline::report(const Frame& frame) {
-  const PlanarMap& map = *frame.map;
+  const PlanarMap& map = frame.map != nullptr ? *frame.map : map_;
   if (map.frames() < counted_frames_) counted_frames_ = 0;  // the next submap
   // Counting takes as long as many frames once the map is large.
   if (2 * map.frames() >= 3 * counted_frames_ && map.frames() > counted_frames_) {
