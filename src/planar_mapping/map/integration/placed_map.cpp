@@ -22,25 +22,6 @@ Int3 placedAnchor(const MapData& map, const Pose& T) {
   return {part(placed.x()), part(placed.y()), part(placed.z())};
 }
 
-/// The parts of a cell that hold points come to lie elsewhere: eighths by their middles, else the
-/// mean.
-void placeCell(const MapData& map, const CellBlock& block, std::size_t bit, const Int3& cell,
-               const Pose& T, CellLayer& placed) {
-  const double s = map.resolution();
-  const Vector3 corner(cell.x, cell.y, cell.z);
-  const auto place = [&](const Vector3& part) {
-    addPart(T * Vector3(s * (corner + part)), s, block.belief(bit), map.isCompact(), placed);
-  };
-  if (!map.isCompact()) {
-    const CellBlock::Mean mean = block.mean(bit);
-    return place((Vector3(mean[0], mean[1], mean[2]) + Vector3::Constant(0.5)) / 256.0);
-  }
-  forEachBit(block.octants(bit), [&](std::size_t i) {
-    place({0.25 + 0.5 * static_cast<double>(i & 1u), 0.25 + 0.5 * static_cast<double>(i >> 1u & 1u),
-           0.25 + 0.5 * static_cast<double>(i >> 2u)});
-  });
-}
-
 }  // namespace
 
 void addPart(const Vector3& point, double s, std::uint8_t belief, bool is_compact,
@@ -88,10 +69,14 @@ MapData placedMap(const MapData& map, const Pose& T) {
     placed.planes.push_back(std::move(layer));
   }
   placed.next_plane_id = map.next_plane_id;
+  const double s = map.resolution();
   placed.cells.anchor = placedAnchor(map, T);
   map.cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
     forEachBit(block.occupied(), [&](std::size_t bit) {
-      placeCell(map, block, bit, CellLayer::cellOf(at, static_cast<int>(bit)), T, placed.cells);
+      forEachPartOf(
+          map, block, bit, CellLayer::cellOf(at, static_cast<int>(bit)), [&](const Vector3& part) {
+            addPart(T * Vector3(s * part), s, block.belief(bit), map.isCompact(), placed.cells);
+          });
     });
   });
   placed.commit();
