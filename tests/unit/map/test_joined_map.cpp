@@ -144,6 +144,22 @@ TEST(JoinedMap, TheHigherIdIsTheLaterWhateverItsClockSays) {
   }
 }
 
+TEST(JoinedMap, AnotherOriginIsShifted) {
+  JoinedMap same, shifted;
+  for (JoinedMap* joined : {&same, &shifted}) joined->set(0, submapOf(0, 3), Pose::Identity());
+  same.set(1, submapOf(3, 6), Pose::Identity());
+  auto away = std::make_shared<PlanarMap>(PlanarMapParams());
+  const Pose origin = motion(12.34, 0.0);  // of the later session, in the world
+  for (int i = 3; i < 6; ++i) {
+    View view = look(Scene(), lookFrom({-0.6 + 0.2 * i, 0.0, 1.0}, 0.08 * (i - 3)), 0.1 * i);
+    view.pose = origin.inverse() * view.pose;
+    away->insert(view.frame());
+  }
+  shifted.set(1, away, origin);
+  EXPECT_EQ(same.map().planes().size(), shifted.map().planes().size());
+  EXPECT_LT(compareMaps(same.map(), shifted.map()).fraction(), 0.05);
+}
+
 TEST(JoinedMap, RefusesWhatDoesNotFit) {
   JoinedMap joined;
   joined.set(0, submapOf(0, 2), Pose::Identity());
