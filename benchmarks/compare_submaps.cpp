@@ -210,6 +210,11 @@ void timeCorrection(const Session& session) {
   constexpr double kTurn = 0.002;  // radians a submap
   for (std::int32_t id = 0; id < kSubmaps; ++id) joined.move(id, poseOf(id, kTurn));
   again("all moved");
+  for (const std::int32_t count_moved : {1, 10}) {
+    for (std::int32_t id = 1; id <= count_moved; ++id)
+      joined.move(id, Pose(Eigen::Translation3d(0.3 * count_moved, 0.0, 0.0) * poseOf(id, kTurn)));
+    again(count_moved == 1 ? "an early one moved" : "ten early ones moved");
+  }
   for (std::int32_t id = kSubmaps / 2; id < kSubmaps; ++id) joined.move(id, poseOf(id, -kTurn));
   again("half of them moved");
   joined.set(kSubmaps, maps.front(), poseOf(kSubmaps, 0.0));

@@ -11,11 +11,18 @@
 #include "planar_mapping/base/disjoint_parts.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
+#include "planar_mapping/map/joined_map.h"
 
 namespace planar_mapping {
 namespace {
 
-/// What used links join is a component, which has the lowest number of its submaps.
+template <typename Row>
+std::int64_t nextNumber(const std::vector<Row>& rows) {
+  return rows.empty() ? 0 : rows.back().id + 1;
+}
+
+}  // namespace
+
 void numberComponents(AtlasData& data) {
   std::unordered_map<std::int64_t, std::uint32_t> index_of;
   for (std::size_t i = 0; i < data.submaps.size(); ++i)
@@ -32,13 +39,6 @@ void numberComponents(AtlasData& data) {
   }
 }
 
-template <typename Row>
-std::int64_t nextNumber(const std::vector<Row>& rows) {
-  return rows.empty() ? 0 : rows.back().id + 1;
-}
-
-}  // namespace
-
 std::vector<std::int64_t> componentsOf(const AtlasData& data) {
   std::vector<std::int64_t> components;
   for (const Submap& submap : data.submaps) components.push_back(submap.component);
@@ -47,28 +47,20 @@ std::vector<std::int64_t> componentsOf(const AtlasData& data) {
 }
 
 PlanarMap joinSubmaps(const AtlasData& data, std::int64_t component) {
-  PlanarMap joined;
+  JoinedMap joined;
   const Submap* first = nullptr;
   for (const Submap& submap : data.submaps) {
     if (submap.component != component) continue;
-    const bool is_first = first == nullptr;
-    if (is_first) {
-      first = &submap;
-      joined = PlanarMap(submap.map->params());
-    }
+    if (first == nullptr) first = &submap;
     try {
-      if (is_first && submap.T_world_submap.matrix() == Pose::Identity().matrix()) {
-        joined = *submap.map;
-      } else {
-        joined.merge(*submap.map, submap.T_world_submap);
-      }
+      joined.set(static_cast<std::int32_t>(submap.id), submap.map, submap.T_world_submap);
     } catch (const InputError& error) {
       throw InputError("submap " + std::to_string(submap.id) + " does not fit to submap " +
                        std::to_string(first->id) + ": " + error.what());
     }
   }
   if (first == nullptr) throw InputError("there is no component " + std::to_string(component));
-  return joined;
+  return joined.map();
 }
 
 std::vector<io::StampedPose> keyframePoses(const AtlasData& data, std::int64_t component) {

@@ -12,12 +12,15 @@
 
 namespace planar_mapping {
 
+/// Numbers the components: what used links join is one, with the lowest number of its submaps.
+PLANAR_MAPPING_EXPORT void numberComponents(AtlasData& data);
+
 /// The components, ascending.
 PLANAR_MAPPING_EXPORT std::vector<std::int64_t> componentsOf(const AtlasData& data);
 
-/// One map of the submaps of a component, in its world: merged in the order of their numbers.
-/// \throws InputError if there is no such component, or submaps do not fit together
-///         (PlanarMap::merge())
+/// One map of the submaps of a component, in its world, as JoinedMap has it.
+/// \throws InputError if there is no such component, or submaps do not fit together: their numbers
+///         and what differs
 PLANAR_MAPPING_EXPORT PlanarMap joinSubmaps(const AtlasData& data, std::int64_t component);
 
 /// T_world_keyframe of the keyframes of a component, in the order of their numbers.

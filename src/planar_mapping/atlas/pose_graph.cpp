@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 
+#include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/graph_solver.h"
 #include "planar_mapping/atlas/link_consistency.h"
 #include "planar_mapping/base/error.h"
@@ -139,7 +140,6 @@ PoseGraphResult solvePoseGraph(AtlasData& data) {
         node == first ? fixed[first] : fixed[first] * choice.T_part_node[node];
     if (!isSame(T_world_submap, submap.T_world_submap)) result.moved.push_back(submap.id);
     submap.T_world_submap = T_world_submap;
-    submap.component = data.submaps[first].id;
   }
   for (std::size_t i = 0; i < graph.links.size(); ++i) {
     const GraphLink& edge = graph.links[i];
@@ -149,6 +149,7 @@ PoseGraphResult solvePoseGraph(AtlasData& data) {
     link.residual =
         joined ? residualOf(edge, choice.T_part_node[edge.from], choice.T_part_node[edge.to]) : 0.0;
   }
+  numberComponents(data);
   result.ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -84,7 +84,7 @@ void JoinedMap::Impl::join(const std::vector<const Submap*>& all, std::size_t fi
       if (in_joined.empty() && !placed[i]) {
         data = map;
       } else {
-        detail::joinMap(data, map);
+        detail::joinMap(data, map, detail::Order::Later);
       }
       in_joined.push_back(submap.version);
       ++last_joined;

@@ -123,6 +123,43 @@ TEST(JoinedMap, ComesBackToTheSameMap) {
             before);  // resampled from the submap, not from the joined map
 }
 
+TEST(JoinedMap, TheHigherIdIsTheLaterWhateverItsClockSays) {
+  const auto lookInto = [](const Scene& scene) {
+    auto map = std::make_shared<PlanarMap>(PlanarMapParams());
+    for (int i = 0; i < 4; ++i)  // every session begins at 0
+      map->insert(look(scene, lookFrom({-0.6 + 0.3 * i, 0.0, 1.0}, 0.04 * i), 0.1 * i).frame());
+    return map;
+  };
+  Scene empty;
+  empty.boxes.resize(1);
+  const Vector3 in_box(-0.8, 2.05, 0.5), in_clutter(0.28, 1.72, 0.25);
+  for (const bool is_last_empty : {false, true}) {
+    JoinedMap joined;
+    joined.set(0, lookInto(is_last_empty ? Scene() : empty), Pose::Identity());
+    joined.set(1, lookInto(is_last_empty ? empty : Scene()), Pose::Identity());
+    for (const Vector3& place : {in_box, in_clutter})
+      EXPECT_EQ(joined.map().isFree(place), is_last_empty);
+    for (const Vector3& place : {in_box, in_clutter})
+      EXPECT_EQ(joined.map().isOccupied(place), !is_last_empty);
+  }
+}
+
+TEST(JoinedMap, AnotherOriginIsShifted) {
+  JoinedMap same, shifted;
+  for (JoinedMap* joined : {&same, &shifted}) joined->set(0, submapOf(0, 3), Pose::Identity());
+  same.set(1, submapOf(3, 6), Pose::Identity());
+  auto away = std::make_shared<PlanarMap>(PlanarMapParams());
+  const Pose origin = motion(12.34, 0.0);  // of the later session, in the world
+  for (int i = 3; i < 6; ++i) {
+    View view = look(Scene(), lookFrom({-0.6 + 0.2 * i, 0.0, 1.0}, 0.08 * (i - 3)), 0.1 * i);
+    view.pose = origin.inverse() * view.pose;
+    away->insert(view.frame());
+  }
+  shifted.set(1, away, origin);
+  EXPECT_EQ(same.map().planes().size(), shifted.map().planes().size());
+  EXPECT_LT(compareMaps(same.map(), shifted.map()).fraction(), 0.05);
+}
+
 TEST(JoinedMap, RefusesWhatDoesNotFit) {
   JoinedMap joined;
   joined.set(0, submapOf(0, 2), Pose::Identity());

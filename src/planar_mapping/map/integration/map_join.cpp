@@ -14,19 +14,62 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// Tells whether a place is free in a map: measurements passed it and nothing is there.
-class FreePlaces {
+/// The middle of a quarter of a cell of a plane, metres.
+Vector3 quarterOf(const PlaneFrame& plane, double s, std::int32_t a, std::int32_t b, int quarter) {
+  return plane.fromPlane(
+      {s * (a + 0.25 + 0.5 * (quarter & 1)), s * (b + 0.25 + 0.5 * (quarter >> 1)), 0.0});
+}
+
+/// What a later map says of parts of the cells of an earlier one.
+class LaterPlaces {
  public:
-  explicit FreePlaces(const MapData& map) : map_(map), cell_(map.unknownResolution()) {
-    map.space.forEachRegion([&](const Int3& at, const SpaceRegion& region) {
+  explicit LaterPlaces(const MapData& later)
+      : later_(later), s_(later.resolution()), cell_(later.unknownResolution()) {
+    later.space.forEachRegion([&](const Int3& at, const SpaceRegion& region) {
       SpaceRegion::Blocks blocks;
       region.unpack(blocks);
       std::vector<std::uint64_t>& free = free_[packKey(at)];
       free.resize(SpaceRegion::kBlocks);
       for (std::size_t i = 0; i < free.size(); ++i) free[i] = blocks.cellsOf(i).free;
     });
+    for (const PlaneLayer& layer : later.planes)
+      bounds_.push_back(layer.bounds(s_, later.thickness()));
   }
 
+  /// Looks at planes about a box (metres) alone, until it is called again.
+  void lookAt(const Eigen::AlignedBox3d& box) {
+    const Vector3 margin = Vector3::Constant(2.0 * s_);
+    const Eigen::AlignedBox3d wide(box.min() - margin, box.max() + margin);
+    near_.clear();
+    for (std::size_t i = 0; i < bounds_.size(); ++i) {
+      if (bounds_[i].intersects(wide)) near_.push_back(&later_.planes[i]);
+    }
+  }
+  /// Is a cell gone? The later map must have looked through all within half a cell of each part,
+  /// or up to a surface of its own; what lies within half a cell of a plane that crosses the cell
+  /// tells nothing, but not all parts may.
+  /// \param parts  their middles, metres
+  /// \param axes   of a planar one the last is the normal: it must have looked through a cell
+  ///               behind it
+  bool isGone(const std::vector<Vector3>& parts, const Matrix3& axes, bool is_planar) const {
+    const double back = is_planar ? s_ : 0.5 * s_;
+    bool is_gone = false;
+    for (const Vector3& part : parts) {
+      if (is_planar && isNearPlane(part, 0.5 * s_, axes.col(2))) return false;
+      if (isNearPlane(part, 0.5 * s_)) continue;
+      if (!wasLookedThrough(part)) return false;
+      for (std::size_t i = 0; i < 12; ++i) {
+        const double n = i < 4 ? -back : i < 8 ? 0.5 * (0.5 * s_ - back) : 0.5 * s_;
+        const Vector3 place = part + axes * Vector3((i & 1u) != 0 ? 0.5 * s_ : -0.5 * s_,
+                                                    (i & 2u) != 0 ? 0.5 * s_ : -0.5 * s_, n);
+        if (isInCell(place) || !wasLookedThrough(place)) return false;
+      }
+      is_gone = true;
+    }
+    return is_gone;
+  }
+
+ private:
   bool wasPassed(const Vector3& world) const {
     const Vector3 at = (world / cell_).array().floor();
     if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
@@ -37,45 +80,59 @@ class FreePlaces {
     const std::int32_t block = (c.x >> 2 & 7) + 8 * (c.y >> 2 & 7) + 64 * (c.z >> 2 & 7);
     return ((*free)[static_cast<std::size_t>(block)] >> UnknownSpace::bitOf(c) & 1u) != 0;
   }
-  /// All places from \p low to \p high along three axes (metres, about a centre), a few steps each?
-  bool areFree(const Vector3& centre, const Matrix3& axes, const Vector3& low,
-               const Vector3& high) const {
-    if (!wasPassed(centre)) return false;
-    constexpr int kSteps = 2;
-    std::vector<Vector3> places;
-    const bool were_passed = allPlaces({0, 0, 0}, {kSteps, kSteps, kSteps}, [&](const Int3& step) {
-      const Vector3 part = Vector3(step.x, step.y, step.z) / kSteps;
-      places.emplace_back(centre + axes * (low + part.cwiseProduct(high - low)));
-      return wasPassed(places.back());
+  bool isInCell(const Vector3& world) const {
+    const Vector3 at = (world / s_).array().floor();
+    if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
+    const Int3 cell = toInt3(at);
+    const CellBlock* block = later_.cells.find(CellLayer::blockOf(cell));
+    return block != nullptr && (block->occupied() >> CellLayer::bitOf(cell) & 1u) != 0;
+  }
+  /// \param normal  of planes that are looked at; 0 = all are
+  bool isNearPlane(const Vector3& world, double distance,
+                   const Vector3& normal = Vector3::Zero()) const {
+    constexpr double kAlike = 0.7071;  // cosine of 45 degrees
+    return std::any_of(near_.begin(), near_.end(), [&](const PlaneLayer* layer) {
+      std::int32_t a = 0, b = 0;
+      return std::abs(layer->plane().signedDistance(world)) <= distance &&
+             layer->cellOf(world, s_, a, b) && layer->raster.at(a, b) &&
+             (normal.isZero() || layer->plane().normal.dot(normal) > kAlike);
     });
-    return were_passed && std::none_of(places.begin(), places.end(),
-                                       [&](const Vector3& place) { return isMapped(map_, place); });
+  }
+  bool wasLookedThrough(const Vector3& world) const {
+    return wasPassed(world) || isNearPlane(world, s_);
   }
 
- private:
-  const MapData& map_;
+  const MapData& later_;
+  const double s_;
   const double cell_;
   KeyMap<std::vector<std::uint64_t>> free_;  ///< cells of the blocks of each region
+  std::vector<Eigen::AlignedBox3d> bounds_;  ///< of its planes
+  std::vector<const PlaneLayer*> near_;
 };
 
-/// Gives up cells that a later map saw free: as a frame that looks through them, all that it
-/// measured there lies behind them by half a cell.
+/// Gives up cells that a later map saw free.
 void clearSeenFree(MapData& map, const MapData& later, Frame& frame) {
-  const FreePlaces places(later);
+  LaterPlaces places(later);
   const double s = map.resolution();
   const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
+  std::vector<Vector3> parts;
   for (PlaneLayer& layer : map.planes) {
     const PlaneFrame& f = layer.frame();
     Matrix3 axes;
     axes << f.u, f.v, f.n;
     std::vector<std::array<std::int32_t, 3>> gone;  // tile, bit
     layer.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
+      Eigen::AlignedBox3d box;
+      for (int corner = 0; corner < 4; ++corner)
+        box.extend(
+            f.fromPlane({8.0 * s * (ta + (corner & 1)), 8.0 * s * (tb + (corner >> 1)), 0.0}));
+      places.lookAt(box);
       forEachBit(tile.occupied(), [&](std::size_t bit) {
         const auto i = static_cast<std::int32_t>(bit);
-        const Vector3 centre =
-            f.fromPlane({s * (8 * ta + (i & 7) + 0.5), s * (8 * tb + (i >> 3) + 0.5), 0.0});
-        if (places.areFree(centre, axes, s * Vector3(-0.5, -0.5, -1.0), s * Vector3(0.5, 0.5, 0.5)))
-          gone.push_back({ta, tb, i});
+        parts.clear();
+        for (int quarter = 0; quarter < 4; ++quarter)
+          parts.push_back(quarterOf(f, s, 8 * ta + (i & 7), 8 * tb + (i >> 3), quarter));
+        if (places.isGone(parts, axes, true)) gone.push_back({ta, tb, i});
       });
     });
     for (const auto& [ta, tb, bit] : gone) {
@@ -88,11 +145,13 @@ void clearSeenFree(MapData& map, const MapData& later, Frame& frame) {
     for (std::size_t i = 0; i < region.blocks.size(); ++i) {
       const Int3 at = unpackKey(region.blocks.key(i));
       CellBlock& block = region.blocks.value(i);
+      const Vector3 low = 4.0 * s * Vector3(at.x, at.y, at.z);
+      places.lookAt({low, low + Vector3::Constant(4.0 * s)});
       forEachBit(block.occupied(), [&](std::size_t bit) {
-        const Int3 c = CellLayer::cellOf(at, static_cast<int>(bit));
-        const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
-        const Vector3 half = Vector3::Constant(s);
-        if (!places.areFree(centre, Matrix3::Identity(), -half, half)) return;
+        parts.clear();
+        forEachPartOf(map, block, bit, CellLayer::cellOf(at, static_cast<int>(bit)),
+                      [&](const Vector3& part) { parts.push_back(s * part); });
+        if (!places.isGone(parts, Matrix3::Identity(), false)) return;
         block.remove(bit);
         region.dirty = true;
         region.frame = frame_number;
@@ -133,12 +192,10 @@ CellLayer looseCells(const MapData& map, const std::vector<PlaneLayer>& loose) {
   for (const PlaneLayer& layer : loose) {
     layer.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
       forEachBit(tile.occupied(), [&](std::size_t bit) {
-        for (int quarter = 0; quarter < 4; ++quarter) {
-          const double a = 8.0 * ta + static_cast<double>(bit & 7u) + 0.25 + 0.5 * (quarter & 1);
-          const double b = 8.0 * tb + static_cast<double>(bit >> 3u) + 0.25 + 0.5 * (quarter >> 1);
-          addPart(layer.frame().fromPlane({a * s, b * s, 0.0}), s, tile.belief(bit),
-                  map.isCompact(), cells);
-        }
+        const auto i = static_cast<std::int32_t>(bit);
+        for (int quarter = 0; quarter < 4; ++quarter)
+          addPart(quarterOf(layer.frame(), s, 8 * ta + (i & 7), 8 * tb + (i >> 3), quarter), s,
+                  tile.belief(bit), map.isCompact(), cells);
       });
     });
   }
@@ -158,15 +215,14 @@ Eigen::AlignedBox3d boundsOf(const MapData& map) {
   return bounds;
 }
 
-FrameUpdate joinMap(MapData& map, const MapData& later) {
+FrameUpdate joinMap(MapData& map, const MapData& later, Order order) {
   Frame frame;
   if (later.trajectory.empty()) return frame.update;
   const bool is_first = map.trajectory.empty();
-  const bool is_later =
-      !is_first && later.trajectory.front().timestamp > map.trajectory.front().timestamp;
   map.trajectory.insert(map.trajectory.end(), later.trajectory.begin(), later.trajectory.end());
   map.ground.add(later.ground, Pose::Identity(), map.params.approximation.up.normalized());
-  if (is_later && later.params.unknown_space) clearSeenFree(map, later, frame);
+  if (order == Order::Later && !is_first && later.params.unknown_space)
+    clearSeenFree(map, later, frame);
   const std::vector<PlaneLayer> loose = joinPlanes(map, later.planes, frame);
   mergePlanes(map, frame);
   joinCells(map, later.cells, frame);

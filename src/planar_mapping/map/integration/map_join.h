@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 
 #include "planar_mapping/map/sensor/frame_observation.h"
 #include "planar_mapping/map/store/map_data.h"
@@ -21,9 +22,12 @@ MapData placedMap(const MapData& map, const Pose& T);
 /// Of planes and cells, metres.
 Eigen::AlignedBox3d boundsOf(const MapData& map);
 
-/// Adds what another map of the same world knows, which counts as the later one. Its planes are
-/// associated like those of a frame; beliefs of cells of both are added; cells that it saw free are
-/// gone, if it began later; cells that lie in a plane are given up.
-FrameUpdate joinMap(MapData& map, const MapData& later);
+/// Whether the map that is added was made after the other.
+enum class Order : std::uint8_t { Unknown, Later };
+
+/// Adds what another map of the same world knows. Its planes are associated like those of a frame;
+/// beliefs of cells of both are added; of what a later one saw free the cells are gone; cells that
+/// lie in a plane are given up.
+FrameUpdate joinMap(MapData& map, const MapData& other, Order order);
 
 }  // namespace planar_mapping::detail

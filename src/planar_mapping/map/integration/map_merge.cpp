@@ -80,8 +80,12 @@ void requireWithin(const MapData& data, const Pose& T, bool with_space) {
 }
 
 FrameUpdate take(MapData& map, const MapData& other, const Pose& T) {
+  if (other.trajectory.empty()) return {};
+  const bool is_later = !map.trajectory.empty() &&
+                        other.trajectory.front().timestamp > map.trajectory.front().timestamp;
+  const Order order = is_later ? Order::Later : Order::Unknown;
   const bool in_place = T.matrix() == Pose::Identity().matrix();
-  return in_place ? joinMap(map, other) : joinMap(map, placedMap(other, T));
+  return in_place ? joinMap(map, other, order) : joinMap(map, placedMap(other, T), order);
 }
 
 /// All that is known of space, whatever the numbers of planes.

@@ -1,8 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
+#include <vector>
 
 #include "planar_mapping/map/integration/map_join.h"
 #include "planar_mapping/map/integration/moved_space.h"
@@ -22,24 +25,148 @@ Int3 placedAnchor(const MapData& map, const Pose& T) {
   return {part(placed.x()), part(placed.y()), part(placed.z())};
 }
 
-/// The parts of a cell that hold points come to lie elsewhere: eighths by their middles, else the
-/// mean.
-void placeCell(const MapData& map, const CellBlock& block, std::size_t bit, const Int3& cell,
-               const Pose& T, CellLayer& placed) {
-  const double s = map.resolution();
-  const Vector3 corner(cell.x, cell.y, cell.z);
-  const auto place = [&](const Vector3& part) {
-    addPart(T * Vector3(s * (corner + part)), s, block.belief(bit), map.isCompact(), placed);
-  };
-  if (!map.isCompact()) {
-    const CellBlock::Mean mean = block.mean(bit);
-    return place((Vector3(mean[0], mean[1], mean[2]) + Vector3::Constant(0.5)) / 256.0);
+/// Puts cells elsewhere so that there are about as many as before: a moved cell becomes the cells
+/// whose centres it holds; one that holds none becomes the cell that its own centre lies in, if
+/// that is none yet. Others that hold points are added only where they close a gap.
+class CellMover {
+ public:
+  CellMover(const MapData& map, const Pose& T, CellLayer& placed)
+      : map_(map),
+        s_(map.resolution()),
+        T_(T),
+        reach_(0.5 * T.linear().cwiseAbs().rowwise().sum()),
+        placed_(placed) {}
+
+  void run() {
+    std::vector<std::pair<Vector3, std::uint8_t>> without;  // a centre: middles, beliefs
+    forEachCell([&](const Vector3& middle, const std::vector<Vector3>& parts, std::uint8_t belief) {
+      if (!placeByCentres(middle, parts, belief)) without.emplace_back(middle, belief);
+    });
+    for (const auto& [middle, belief] : without) {
+      if (!isPlaced(cellAt(middle))) add(middle, belief);
+    }
+    closeGaps();
+    // Points lie where they lay, or at the nearest place within a cell there is.
+    forEachCell([this](const Vector3&, const std::vector<Vector3>& parts, std::uint8_t belief) {
+      for (const Vector3& part : parts) placeNearest(part, belief);
+    });
   }
-  forEachBit(block.octants(bit), [&](std::size_t i) {
-    place({0.25 + 0.5 * static_cast<double>(i & 1u), 0.25 + 0.5 * static_cast<double>(i >> 1u & 1u),
-           0.25 + 0.5 * static_cast<double>(i >> 2u)});
-  });
-}
+
+ private:
+  /// Calls visit(middle, parts, belief): in cells, where they are moved.
+  template <typename Visit>
+  void forEachCell(Visit&& visit) const {
+    std::vector<Vector3> parts;
+    map_.cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
+      forEachBit(block.occupied(), [&](std::size_t bit) {
+        parts.clear();
+        const Int3 cell = CellLayer::cellOf(at, static_cast<int>(bit));
+        forEachPartOf(map_, block, bit, cell, [&](const Vector3& part) {
+          parts.emplace_back(T_ * Vector3(s_ * part) / s_);
+        });
+        visit(Vector3(T_ * Vector3(s_ * centreOf(cell)) / s_), parts, block.belief(bit));
+      });
+    });
+  }
+  static Int3 cellAt(const Vector3& place) { return toInt3(place.array().floor()); }
+  static Vector3 centreOf(const Int3& cell) {
+    return Vector3(cell.x, cell.y, cell.z) + Vector3::Constant(0.5);
+  }
+  /// The nearest place that is in the cell whatever is rounded.
+  static Vector3 within(const Int3& cell, const Vector3& place) {
+    constexpr double kInside = 0.499;
+    const Vector3 offset = place - centreOf(cell);
+    return centreOf(cell) +
+           offset.cwiseMax(Vector3::Constant(-kInside)).cwiseMin(Vector3::Constant(kInside));
+  }
+  bool isPlaced(const Int3& cell) const {
+    const CellBlock* block = placed_.find(CellLayer::blockOf(cell));
+    return block != nullptr && (block->occupied() >> CellLayer::bitOf(cell) & 1u) != 0;
+  }
+  void add(const Vector3& place, std::uint8_t belief) {
+    addPart(s_ * place, s_, belief, map_.isCompact(), placed_);
+  }
+  bool placeByCentres(const Vector3& middle, const std::vector<Vector3>& parts,
+                      std::uint8_t belief) {
+    bool is_placed = false;
+    forEachPlace(cellAt(middle - reach_), cellAt(middle + reach_), [&](const Int3& cell) {
+      const Vector3 centre = centreOf(cell);
+      const Vector3 offset = T_.linear().transpose() * (centre - middle);
+      if (!((offset.array() >= -0.5).all() && (offset.array() < 0.5).all())) return;
+      const auto nearest =
+          std::min_element(parts.begin(), parts.end(), [&](const Vector3& a, const Vector3& b) {
+            return (a - centre).squaredNorm() < (b - centre).squaredNorm();
+          });
+      add(within(cell, *nearest), belief);
+      is_placed = true;
+    });
+    return is_placed;
+  }
+  /// Adds cells that hold points where the space on two sides of them would be one without them.
+  void closeGaps() {
+    std::vector<Int3> added;
+    forEachCell([&](const Vector3&, const std::vector<Vector3>& parts, std::uint8_t belief) {
+      for (const Vector3& part : parts) {
+        if (isPlaced(cellAt(part))) continue;
+        added.push_back(cellAt(part));
+        add(part, belief);
+      }
+    });
+    for (const Int3& cell : added) {
+      if (!separates(cell))
+        placed_.find(CellLayer::blockOf(cell))
+            ->remove(static_cast<std::size_t>(CellLayer::bitOf(cell)));
+    }
+  }
+  /// Is there empty space beside a cell that no way about it leads to from the rest of it?
+  bool separates(const Int3& cell) const {
+    std::array<bool, 27> open{};  // 9 z + 3 y + x
+    for (int i = 0; i < 27; ++i)
+      open[static_cast<std::size_t>(i)] =
+          i != 13 && !isPlaced({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+    constexpr std::array<int, 6> kFaces = {4, 10, 12, 14, 16, 22};
+    const auto first = std::find_if(kFaces.begin(), kFaces.end(),
+                                    [&](int face) { return open[static_cast<std::size_t>(face)]; });
+    if (first == kFaces.end()) return true;
+    std::vector<int> reached = {*first};
+    open[static_cast<std::size_t>(*first)] = false;
+    for (std::size_t next = 0; next < reached.size(); ++next) {
+      const int at = reached[next];
+      for (const int step : {1, 3, 9}) {
+        for (const int to : {at - step, at + step}) {
+          const bool is_beside = to >= 0 && to < 27 && at / (3 * step) == to / (3 * step);
+          if (!is_beside || !open[static_cast<std::size_t>(to)]) continue;
+          open[static_cast<std::size_t>(to)] = false;
+          reached.push_back(to);
+        }
+      }
+    }
+    return std::any_of(kFaces.begin(), kFaces.end(),
+                       [&](int face) { return open[static_cast<std::size_t>(face)]; });
+  }
+  void placeNearest(const Vector3& part, std::uint8_t belief) {
+    const Int3 own = cellAt(part);
+    Vector3 best = part;
+    double least = isPlaced(own) ? 0.0 : std::numeric_limits<double>::infinity();
+    if (least > 0.0) {
+      forEachPlace({own.x - 1, own.y - 1, own.z - 1}, {own.x + 1, own.y + 1, own.z + 1},
+                   [&](const Int3& cell) {
+                     const Vector3 place = within(cell, part);
+                     const double distance = (place - part).squaredNorm();
+                     if (distance >= least || !isPlaced(cell)) return;
+                     least = distance;
+                     best = place;
+                   });
+    }
+    add(best, belief);
+  }
+
+  const MapData& map_;
+  const double s_;
+  const Pose& T_;
+  const Vector3 reach_;  ///< half of the bounds of a moved cell, cells
+  CellLayer& placed_;
+};
 
 }  // namespace
 
@@ -89,11 +216,7 @@ MapData placedMap(const MapData& map, const Pose& T) {
   }
   placed.next_plane_id = map.next_plane_id;
   placed.cells.anchor = placedAnchor(map, T);
-  map.cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
-    forEachBit(block.occupied(), [&](std::size_t bit) {
-      placeCell(map, block, bit, CellLayer::cellOf(at, static_cast<int>(bit)), T, placed.cells);
-    });
-  });
+  CellMover(map, T, placed.cells).run();
   placed.commit();
   return placed;
 }

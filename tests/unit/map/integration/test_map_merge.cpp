@@ -290,21 +290,83 @@ PlanarMap looksInto(const Scene& scene, double begins) {
   return map;
 }
 
+/// How many places on the faces of a box that look to the room have a cuboid within half a cell,
+/// and how many have none.
+struct Covered {
+  int there = 0;
+  int gone = 0;
+};
+Covered coveredOf(const PlanarMap& map, const SceneBox& box) {
+  const double s = map.params().approximation.resolution;
+  Covered covered;
+  for (double a = 0.05; a < 1.0; a += 0.1) {
+    for (double b = 0.05; b < 1.0; b += 0.1) {
+      const Vector3 size = box.high - box.low;
+      const Vector3 front = box.low + Vector3(a * size.x(), 0.0, b * size.z());
+      const Vector3 top = box.low + Vector3(a * size.x(), b * size.y(), size.z());
+      for (const Vector3& place : {front, top}) {
+        if (place.z() < 2.0 * s) continue;  // cuboids of the floor are near
+        ++(map.cuboidsAt(place, 0.5 * s).empty() ? covered.gone : covered.there);
+      }
+    }
+  }
+  return covered;
+}
+
 TEST(MergeMaps, TheLaterMapDecidesWhatIsFree) {
   Scene full, empty;
   empty.boxes.resize(1);  // the room alone
-  const Vector3 in_box(-0.8, 2.05, 0.5), in_clutter(0.28, 1.72, 0.15), wall(0.0, 5.02, 1.5);
+  const SceneBox box = full.boxes[1], clutter = full.boxes[3];
+  const Vector3 wall(0.0, 5.02, 1.5);
   PlanarMap gone = looksInto(full, 0.0);
-  EXPECT_TRUE(gone.isOccupied(in_box));
-  EXPECT_TRUE(gone.isOccupied(in_clutter));
+  for (const SceneBox& thing : {box, clutter}) EXPECT_EQ(coveredOf(gone, thing).gone, 0);
   gone.merge(looksInto(empty, 10.0));
-  EXPECT_TRUE(gone.isFree(in_box));
-  EXPECT_TRUE(gone.isFree(in_clutter));
+  for (const SceneBox& thing : {box, clutter}) EXPECT_EQ(coveredOf(gone, thing).there, 0);
+  EXPECT_TRUE(gone.isFree({-0.8, 2.05, 0.5}));
+  EXPECT_TRUE(gone.isFree({0.28, 1.72, 0.15}));
   EXPECT_TRUE(gone.isOccupied(wall));
   PlanarMap come = looksInto(empty, 0.0);
   come.merge(looksInto(full, 10.0));
-  EXPECT_TRUE(come.isOccupied(in_box));
-  EXPECT_TRUE(come.isOccupied(in_clutter));
+  for (const SceneBox& thing : {box, clutter}) EXPECT_EQ(coveredOf(come, thing).gone, 0);
+}
+
+TEST(MergeMaps, WhatMovedIsWhereTheLaterMapSawIt) {
+  for (const std::size_t thing : {std::size_t{1}, std::size_t{3}}) {  // a box and clutter
+    Scene before, after;
+    before.boxes = after.boxes = {Scene().boxes[0], Scene().boxes[thing]};
+    const Vector3 by(thing == 1 ? 1.53 : -0.73, 0.0, 0.0);  // not by whole cells
+    after.boxes[1].low += by;
+    after.boxes[1].high += by;
+    PlanarMap map = looksInto(before, 0.0);
+    PlanarMap later(paramsOf());
+    for (int i = 0; i < 4; ++i) {  // in a world of its own
+      View view = look(after, lookFrom({-0.6 + 0.3 * i, 0.0, 1.0}, 0.04 * i), 10.0 + 0.1 * i);
+      view.pose = somewhere().inverse() * view.pose;
+      later.insert(view.frame());
+    }
+    map.merge(later, somewhere());
+    EXPECT_EQ(coveredOf(map, before.boxes[1]).there, 0) << thing;
+    EXPECT_EQ(coveredOf(map, after.boxes[1]).gone, 0) << thing;
+  }
+}
+
+TEST(MergeMaps, ADoorIsAsItWasSeenLast) {
+  Scene open;
+  open.boxes = {{{-2.0, -1.0, 0.0}, {2.0, 5.0, 2.6}, true, true},
+                {{-2.0, 2.5, 0.0}, {-0.45, 2.6, 2.6}, false, true},
+                {{0.45, 2.5, 0.0}, {2.0, 2.6, 2.6}, false, true}};
+  Scene closed = open;
+  closed.boxes.push_back({{-0.45, 2.54, 0.0}, {0.45, 2.58, 2.6}, false, true});
+  const Vector3 in_door(0.0, 2.56, 1.0), behind(0.0, 3.5, 0.5);
+  PlanarMap map = looksInto(open, 0.0);
+  EXPECT_TRUE(map.isFree(in_door));
+  map.merge(looksInto(closed, 10.0));
+  EXPECT_TRUE(map.isOccupied(in_door));
+  EXPECT_TRUE(map.isFree(behind));  // nobody saw that it is not
+  map.merge(looksInto(open, 20.0));
+  EXPECT_TRUE(map.isFree(in_door));
+  EXPECT_TRUE(map.isOccupied({-1.0, 2.52, 1.0}));
+  EXPECT_TRUE(map.isOccupied({1.0, 2.52, 1.0}));
 }
 
 TEST(MergeMaps, KeepsWhatTheLaterMapDidNotSee) {
