@@ -27,6 +27,7 @@ enum ExitCode : int {
   kDegraded = 5,
   kOverThreshold = 6,
   kNoRenderer = 7,
+  kNotFound = 8,
   kInterrupted = 130,
 };
 
@@ -44,7 +45,7 @@ using AddCommand = void(CLI::App& app, int& exit_code);
 AddCommand addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand, addConfigCommand,
     addStagesCommand, addInfoCommand, addQueryCommand, addConvertCommand, addReportCommand,
     addMergeCommand, addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand,
-    addEvaluateCommand, addAtlasCommand;
+    addEvaluateCommand, addAtlasCommand, addLocalizeCommand;
 
 /// A program that was built or installed beside this one.
 struct Companion {

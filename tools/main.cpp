@@ -56,6 +56,7 @@ void addExamples(CLI::App& app) {
       {"atlas",
        {"atlas info building.atlas", "atlas solve building.atlas --without-loop 12",
         "atlas export building.atlas map.pmap", "atlas merge a.atlas b.atlas -o both.atlas"}},
+      {"localize", {"localize building.atlas sequence --frames 7"}},
       {"compare", {"compare out/map.pmap other/map.pmap --threshold 0.02"}},
       {"simulate", {"simulate corridor --write images --frames 12 --step 0.2 -o scene"}},
       {"evaluate", {"evaluate evaluate.yaml --cells 0.1,0.2 -o out"}}};
@@ -87,6 +88,7 @@ int run(int argc, char** argv) {
   }
 #if PLANAR_MAPPING_HAS_ATLAS
   addAtlasCommand(app, exit_code);
+  addLocalizeCommand(app, exit_code);
 #endif
   addExamples(app);
   if (argc < 2) {

@@ -294,6 +294,11 @@ class Atlas:
     def solve(self, *, without_loops: _Sequence[int] = (), with_loops: _Sequence[int] = ()) -> list[int]:
         """Moves the submaps so that the links agree, and writes that. without_loops: ids of loops to refuse for good;
         with_loops: to take back. Returns the ids of submaps that moved."""
+    def localize(self, image: npt.NDArray[np.uint8], xyz: npt.ArrayLike, K: npt.ArrayLike) -> Optional[dict[str, Any]]:
+        """Where a frame is in the building. image: (H, W) or (H, W, 3) uint8; xyz: (H, W, 3) points of its pixels, metres,
+        camera's frame, NaN = none; K: 3 x 3. None = not found, or two places look alike. Else component, session, submap,
+        keyframe, T (T_world_sensor, 4 x 4), covariance ((6, 6) of position and rotation, axes of the world), inliers,
+        matches, off_plane, log_odds, agreement, seen_through."""
 
 class Sequence:
     """Frames of files or a folder, recognised by content as `planar_map run` does: clouds, KITTI, TUM RGB-D, EuRoC, ...

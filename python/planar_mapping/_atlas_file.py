@@ -33,5 +33,8 @@ class Atlas:
     def solve(self, *, without_loops=(), with_loops=()):
         return self._file.solve(list(without_loops), list(with_loops))
 
+    def localize(self, image, xyz, K):
+        return self._file.localize(image, xyz, K)
+
     def __repr__(self):
         return repr(self._file)

@@ -4,6 +4,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,6 +13,8 @@
 #include "arrays.h"
 #include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_store.h"
+#include "planar_mapping/atlas/keyframe_maker.h"
+#include "planar_mapping/atlas/localizer.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
 
@@ -79,6 +82,15 @@ py::dict rowOf(const Keyframe& keyframe) {
   return row;
 }
 
+void addEvidence(const LinkEvidence& evidence, py::dict& row) {
+  row["inliers"] = evidence.inliers;
+  row["matches"] = evidence.matches;
+  row["off_plane"] = evidence.off_plane;
+  row["log_odds"] = evidence.log_odds;
+  row["agreement"] = evidence.agreement;
+  row["seen_through"] = evidence.seen_through;
+}
+
 py::dict rowOf(const Link& link) {
   const char* const kinds[] = {"neighbour", "loop", "plane"};
   const char* const states[] = {"used", "rejected", "refused"};
@@ -95,13 +107,36 @@ py::dict rowOf(const Link& link) {
   row["to_keyframe"] = keyframe(link.to_keyframe);
   row["T"] = toArray(link.T_to_from);
   row["covariance"] = copyOf(link.covariance.data(), {6, 6});
-  row["inliers"] = link.evidence.inliers;
-  row["matches"] = link.evidence.matches;
-  row["off_plane"] = link.evidence.off_plane;
-  row["log_odds"] = link.evidence.log_odds;
-  row["agreement"] = link.evidence.agreement;
-  row["seen_through"] = link.evidence.seen_through;
+  addEvidence(link.evidence, row);
   row["residual"] = link.residual;
+  return row;
+}
+
+/// (H, W) or (H, W, 3) bytes as a gray image.
+io::Image grayOf(const py::array& array) {
+  if (!py::isinstance<py::array_t<std::uint8_t>>(array))
+    throw py::type_error("the image must be of uint8, not of " +
+                         std::string(py::str(array.dtype())));
+  const bool is_color = array.ndim() == 3 && array.shape(2) == 3;
+  if ((array.ndim() != 2 && !is_color) || array.size() == 0)
+    throw InputError("the image must have the shape (H, W) or (H, W, 3), not " +
+                     std::string(py::str(array.attr("shape"))));
+  const auto values = py::array_t<std::uint8_t, py::array::c_style>::ensure(array);
+  return io::toGray({static_cast<int>(array.shape(1)),
+                     static_cast<int>(array.shape(0)),
+                     is_color ? 3 : 1,
+                     {values.data(), values.data() + values.size()}});
+}
+
+py::dict rowOf(const Place& place) {
+  py::dict row;
+  row["component"] = place.component;
+  row["session"] = place.session;
+  row["submap"] = place.submap;
+  row["keyframe"] = place.keyframe;
+  row["T"] = toArray(place.T_world_sensor);
+  row["covariance"] = copyOf(place.covariance.data(), {6, 6});
+  addEvidence(place.evidence, row);
   return row;
 }
 
@@ -147,8 +182,22 @@ class AtlasFile {
     setLoopStates(data, with_loops, LinkState::Used);
     const PoseGraphResult result = solvePoseGraph(data);
     store.update(data);
+    localizer_.reset();
     data_ = std::move(data);
     return result.moved;
+  }
+  py::object localize(const py::array& image, const py::object& xyz, const py::object& K) {
+    const io::Image gray = grayOf(image);
+    const Cloud cloud(xyz, "xyz");
+    const PinholeCamera pinhole = cameraOf(K, gray.height, gray.width);
+    FeatureCamera camera;
+    camera.fx = pinhole.fx;
+    camera.fy = pinhole.fy;
+    camera.cx = pinhole.cx;
+    camera.cy = pinhole.cy;
+    if (!localizer_) localizer_ = std::make_unique<Localizer>(data_);
+    const std::optional<Place> place = localizer_->find(makeKeyframe(gray, cloud.view(), camera));
+    return place ? py::object(rowOf(*place)) : py::none();
   }
   std::string text() const {
     return "<Atlas of " + std::to_string(data_.submaps.size()) + " submaps, " +
@@ -168,6 +217,7 @@ class AtlasFile {
 
   std::string path_;
   AtlasData data_;
+  std::unique_ptr<Localizer> localizer_;  ///< of data_, once a frame was asked for
 };
 
 }  // namespace
@@ -187,5 +237,6 @@ PYBIND11_MODULE(_atlas, module) {
       .def("map", &AtlasFile::map)
       .def("trajectory", &AtlasFile::trajectory)
       .def("solve", &AtlasFile::solve)
+      .def("localize", &AtlasFile::localize)
       .def("__repr__", &AtlasFile::text);
 }

@@ -125,7 +125,7 @@ def test_each_package_has_its_licence_and_tools_their_manual_pages(root):
     for name in PACKAGES:
         assert "BSD 3-Clause" in (root / "usr/share/doc" / name / "copyright").read_text()
     pages = {path.name for path in root.glob("usr/share/man/man1/*")}
-    assert {"planar_map.1.gz", "planar_map-run.1.gz", "planar_map-convert.1.gz", "planar_map-atlas.1.gz", "planar_map_viewer.1.gz", "planar_map-view.1.gz", "planar_map-snapshot.1.gz"} <= pages
+    assert {"planar_map.1.gz", "planar_map-run.1.gz", "planar_map-convert.1.gz", "planar_map-atlas.1.gz", "planar_map-localize.1.gz", "planar_map_viewer.1.gz", "planar_map-view.1.gz", "planar_map-snapshot.1.gz"} <= pages
     page = run("man", "-l", root / "usr/share/man/man1/planar_map-run.1.gz") if shutil.which("man") else "--resume planar_map run"
     assert "planar_map run" in page and "--resume" in page
     assert (root / "usr/share/doc/planar-mapping-doc/docs/install.md").exists()
@@ -137,10 +137,10 @@ def test_bash_completes_commands_options_keys_and_ready_configurations(root):
               "complete_line planar_map con; complete_line planar_map run --res; complete_line planar_map run single;"
               "complete_line planar_map_viewer --snap; complete_line planar_map run --set multi_plane_segmentation.me;"
               "complete_line planar_map run --set multi_plane_segmentation.method = org;"
-              "complete_line planar_map atlas s; complete_line planar_map atlas solve --with")
+              "complete_line planar_map atlas s; complete_line planar_map atlas solve --with; complete_line planar_map lo; complete_line planar_map localize --fr")
     lines = run("bash", "-c", script, cwd=root).splitlines()
     assert lines == ["config convert", "--resume", "single_pcd.yaml", "--snapshot", "multi_plane_segmentation.method=", "organized",
-                     "solve split", "--without-loop --with-loop"]
+                     "solve split", "--without-loop --with-loop", "localize", "--frames"]
 
 
 def configure(source, folder, root):

@@ -87,6 +87,48 @@ def test_loops_are_refused_and_taken_back(path):
         atlas.solve(without_loops=[0])
 
 
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    """A folder of image pairs, and the frames of it whose depth is known."""
+    folder = tmp_path_factory.mktemp("room")
+    planar_map("simulate", "room", "--write", "both", "--frames", "8", "--step", "0.1", "--width", "320", "--height", "240", "-o", folder, "-q")
+    planar_map("run", folder, "-o", folder / "out", "--frames", "::2", "--atlas", folder / "room.atlas", "-q")
+    pairs, clouds = planar_mapping.Sequence(folder), planar_mapping.Sequence(folder / "measured")
+    return folder, [(pairs[i]["left"], clouds[i]["xyz"], pairs[i]["K"], pairs[i]["T"]) for i in range(8)]
+
+
+def test_a_frame_is_found_where_it_is(room):
+    folder, frames = room
+    atlas = planar_mapping.Atlas(folder / "room.atlas")
+    image, xyz, K, T = frames[3]
+    place = atlas.localize(image, xyz, K)
+    assert np.allclose(place["T"][:3, 3], T[:3, 3], atol=0.05) and np.allclose(place["T"][:3, :3], T[:3, :3], atol=0.02)
+    assert (np.linalg.eigvalsh(place["covariance"]) > 0).all()
+    assert (place["component"], place["session"], place["submap"]) == (0, 0, 0)
+    assert place["inliers"] >= 12 and {"matches", "off_plane", "log_odds", "agreement", "seen_through"} <= place.keys()
+    assert {row["id"] for row in atlas.keyframes()} >= {place["keyframe"]}
+    color = np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
+    assert np.allclose(atlas.localize(color, xyz.astype(float), K)["T"], place["T"], atol=1e-3)
+    atlas.solve()
+    assert (atlas.localize(image, xyz, K)["T"] == place["T"]).all()
+
+
+def test_a_frame_of_elsewhere_is_none(room, path):
+    folder, frames = room
+    image, xyz, K, _ = frames[3]
+    atlas = planar_mapping.Atlas(folder / "room.atlas")
+    assert atlas.localize(np.zeros_like(image), xyz, K) is None
+    assert atlas.localize(image, np.full_like(xyz, np.nan), K) is None
+    with pytest.raises(planar_mapping.InputError, match="as large as its image"):
+        atlas.localize(image, xyz[1:], K)
+    with pytest.raises(planar_mapping.InputError, match=r"shape \(H, W\)"):
+        atlas.localize(image[0], xyz, K)
+    with pytest.raises(TypeError, match="uint8"):
+        atlas.localize(image.astype(float), xyz, K)
+    with pytest.raises(planar_mapping.InputError, match="descriptors of another size"):
+        planar_mapping.Atlas(path).localize(image, xyz, K)
+
+
 def test_what_is_no_atlas_raises(tmp_path, path):
     with pytest.raises(planar_mapping.MissingFileError):
         planar_mapping.Atlas(tmp_path / "none.atlas")

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "planar_mapping/atlas/keyframe_maker.h"
+#include "planar_mapping/atlas/link_consistency.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
@@ -18,21 +19,15 @@ namespace {
 constexpr double kKeyframeStep = 0.25;                      // metres
 constexpr double kKeyframeTurn = 15.0 * kRadiansPerDegree;  // radians
 constexpr std::size_t kCandidates = 4;                      // keyframes checked for each new one
-/// Of a given pose, and of what a motion's covariance does not say: calibration, time stamps.
+/// Of a given pose, and of what a motion's covariance does not say: time stamps.
 constexpr double kLeastShift = 0.001;  // metres, a step
 constexpr double kLeastTurn = 0.0003;  // radians, a step
-
-/// What a small motion in the sensor's frame is in the frame the pose leads to; see Matrix6.
-Matrix6 adjointOf(const Pose& pose) {
-  const Vector3 t = pose.translation();
-  Matrix3 cross;
-  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
-  Matrix6 adjoint = Matrix6::Zero();
-  adjoint.topLeftCorner<3, 3>() = pose.linear();
-  adjoint.bottomRightCorner<3, 3>() = pose.linear();
-  adjoint.topRightCorner<3, 3>() = cross * pose.linear();
-  return adjoint;
-}
+/// Likewise: calibration, slip, bias, as odometers have them.
+constexpr double kDrift = 0.02;                         // of the way, and of all turns
+constexpr double kTurnDrift = 0.3 * kRadiansPerDegree;  // radians a metre
+// So far such an error goes on in one direction; beyond that variances add up.
+constexpr double kSteadyWay = 10.0;         // metres
+constexpr double kSteadyTurn = 2.0 * M_PI;  // radians
 
 template <typename Row>
 std::int64_t nextId(const std::vector<Row>& rows) {
@@ -85,7 +80,7 @@ void AtlasBuilder::begin(const Pose& T_session_sensor) {
     link.kind = LinkKind::Neighbour;
     link.from_submap = last.id;
     link.to_submap = next.id;
-    const Matrix6 adjoint = adjointOf(T_session_sensor);
+    const Matrix6 adjoint = detail::adjoint(T_session_sensor);
     link.covariance = adjoint * drift_ * adjoint.transpose();
     data_.links.push_back(link);
   }
@@ -107,12 +102,19 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   Update update;
   if (last_frame_) {
     const Pose step = seen.T_session_sensor.inverse() * *last_frame_;
-    path_ += step.translation().norm();
-    const Matrix6 moved = adjointOf(step);
+    const double way = step.translation().norm();
+    path_ += way;
+    const Matrix6 moved = detail::adjoint(step);
     Vector6 least;
     least << Vector3::Constant(kLeastShift), Vector3::Constant(kLeastTurn);
     drift_ = moved * drift_ * moved.transpose();
     drift_.diagonal() += least.cwiseAbs2();
+    const double turn = rotationAngle(step.linear());
+    Vector6 drift;
+    drift << Vector3::Constant(kDrift * kDrift * kSteadyWay * way),
+        Vector3::Constant(kTurnDrift * kTurnDrift * kSteadyWay * way +
+                          kDrift * kDrift * kSteadyTurn * turn);
+    drift_.diagonal() += drift;
     if (seen.step_covariance) drift_ += *seen.step_covariance;
   }
   last_frame_ = seen.T_session_sensor;

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/pipeline/keyframe_view.h"
 #include "planar_mapping/pipeline/run_summary.h"
 #include "planar_mapping/pipeline/vertical.h"
 
@@ -364,25 +365,11 @@ void Pipeline::addToAtlas(Frame& frame) {
   seen.timestamp = frame.timestamp;
   seen.T_session_sensor = frame.T_world_sensor;
   if (frame.motion && !frame.pose_taken) seen.step_covariance = frame.motion->covariance;
-  const io::Image& left = frame.images.left;
-  const bool shows_the_cloud = frame.camera && !left.empty() && frame.cloud->isOrganized() &&
-                               left.width == static_cast<int>(frame.cloud->width) &&
-                               left.height == static_cast<int>(frame.cloud->height);
-  io::Image gray;
-  if (shows_the_cloud) {
-    gray = io::toGray(left);
-    seen.gray = &gray;
-    seen.cloud = pointsOf(*frame.cloud);
-    seen.camera.fx = frame.camera->fx;
-    seen.camera.fy = frame.camera->fy;
-    seen.camera.cx = frame.camera->cx;
-    seen.camera.cy = frame.camera->cy;
-    if (frame.baseline) {
-      StereoNoise noise;
-      noise.baseline = *frame.baseline;
-      noise.focal_length = frame.camera->fx;
-      seen.camera.depth_error_growth = noise.depthError(1.0);
-    }
+  const std::optional<KeyframeView> view = keyframeViewOf(frame);
+  if (view) {
+    seen.gray = &view->gray;
+    seen.cloud = view->cloud;
+    seen.camera = view->camera;
   }
   const AtlasBuilder::Update update = atlas_->add(seen);
   for (const Link& link : update.links) {

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/atlas/localizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "planar_mapping/atlas/link_consistency.h"
+#include "planar_mapping/geometry/angles.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr std::size_t kCheckedKeyframes = 8;  // keyframes that are checked
+/// Another place counts unless it is 20 times less likely (natural logarithm).
+constexpr double kMinOddsOverOthers = 3.0;
+// Poses nearer than this are one place: submaps that no loop has aligned differ as much.
+constexpr double kSamePlace = 0.5;                      // metres
+constexpr double kSameTurn = 15.0 * kRadiansPerDegree;  // radians
+
+template <typename Row>
+const Row& rowOf(const std::vector<Row>& rows, std::int64_t id) {
+  return *std::lower_bound(rows.begin(), rows.end(), id,
+                           [](const Row& one, std::int64_t number) { return one.id < number; });
+}
+
+bool isSamePlace(const Place& a, const Place& b) {
+  const Pose between = a.T_world_sensor.inverse() * b.T_world_sensor;
+  return between.translation().norm() < kSamePlace && rotationAngle(between.linear()) < kSameTurn;
+}
+
+/// \param link  from the frame to the submap
+Place placeOf(const Link& link, const Submap& submap) {
+  Place place;
+  place.component = submap.component;
+  place.session = submap.session;
+  place.submap = submap.id;
+  place.keyframe = link.to_keyframe;
+  place.T_world_sensor = submap.T_world_submap * link.T_to_from;
+  place.evidence = link.evidence;
+  // Errors turn about the origin of the submap there, about the sensor here.
+  Matrix6 at_sensor = Matrix6::Identity();
+  at_sensor.topRightCorner<3, 3>() = -detail::crossOf(place.T_world_sensor.translation());
+  const Matrix6 A = at_sensor * detail::adjoint(submap.T_world_submap);
+  const Matrix6 turned = A * link.covariance * A.transpose();
+  place.covariance = 0.5 * (turned + turned.transpose());
+  return place;
+}
+
+}  // namespace
+
+Localizer::Localizer(const AtlasData& atlas) : atlas_(atlas) {
+  for (const Keyframe& key : atlas_.keyframes) places_.add(key);
+}
+
+std::optional<Place> Localizer::find(Keyframe frame) const {
+  frame.id = frame.submap = -1;  // no keyframe is its own
+  frame.T_submap_keyframe = Pose::Identity();
+  std::vector<Place> places;
+  for (const std::int64_t id : places_.candidates(frame, kCheckedKeyframes)) {
+    const std::optional<Link> link = PlaceFinder::verify(frame, rowOf(atlas_.keyframes, id));
+    if (link) places.push_back(placeOf(*link, rowOf(atlas_.submaps, link->to_submap)));
+  }
+  const auto likelier = [](const Place& a, const Place& b) {
+    return a.evidence.log_odds < b.evidence.log_odds;
+  };
+  const auto best = std::max_element(places.begin(), places.end(), likelier);
+  if (best == places.end()) return std::nullopt;
+  const bool is_ambiguous = std::any_of(places.begin(), places.end(), [&](const Place& other) {
+    return other.component == best->component && !isSamePlace(other, *best) &&
+           best->evidence.log_odds - other.evidence.log_odds < kMinOddsOverOthers;
+  });
+  if (is_ambiguous) return std::nullopt;
+  return *best;
+}
+
+}  // namespace planar_mapping

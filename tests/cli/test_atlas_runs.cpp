@@ -1,0 +1,248 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// planar_map run --atlas and localize.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "planar_mapping/atlas/atlas_store.h"
+#include "planar_mapping/io/map_file.h"
+#include "planar_mapping/map/planar_map.h"
+#include "simulated_rgbd.h"
+
+namespace planar_mapping {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kFrames = 24;  // of two rounds
+
+class AtlasRuns : public CliTest {
+ protected:
+  static const SimulatedRgbd& room() {
+    static const SimulatedRgbd made(program(), {"room", "--path", "return", "--frames", "24"});
+    return made;
+  }
+  static const SimulatedRgbd& corridor() {
+    static const SimulatedRgbd made(program(), {"corridor", "--frames", "4", "--step", "0.2"});
+    return made;
+  }
+  std::vector<std::string> command(const std::string& output,
+                                   const std::vector<std::string>& more) const {
+    return joined({"run", room().path(), "-o", directory_ / output, "-q", "--submap-frames", "5"},
+                  more);
+  }
+  ProgramResult run(const std::string& output, const std::vector<std::string>& more,
+                    const ProgramOptions& options = {}) const {
+    return planarMap(command(output, more), options);
+  }
+  /// An atlas of the first round, made once.
+  std::string building() const {
+    static const std::string bytes = [this]() {
+      expectExit(0, run("first", {"--frames", ":12", "--atlas", directory_ / "first.atlas"}));
+      return read("first.atlas");
+    }();
+    return write("building.atlas", bytes);
+  }
+  Json info(const std::string& file) const {
+    return Json::parse(expectExit(0, planarMap({"atlas", "info", file, "--json"})).out);
+  }
+  std::string exported(const std::string& name) const {
+    const std::string file = directory_ / name;
+    expectExit(0, planarMap({"atlas", "export", file, file + ".pmap"}));
+    return read(name + ".pmap");
+  }
+  /// That of a run is not joined anew for a submap that moved by less than half a cell.
+  void expectSameMap(const std::string& map, const std::string& atlas) const {
+    exported(atlas);
+    const PlanarMap ours = io::loadMap(directory_ / map);
+    const PlanarMap theirs = io::loadMap(directory_ / (atlas + ".pmap"));
+    EXPECT_EQ(ours.frames(), theirs.frames());
+    EXPECT_EQ(ours.planes().size(), theirs.planes().size());
+    Vector3 low, high, their_low, their_high;
+    ASSERT_TRUE(ours.bounds(low, high) && theirs.bounds(their_low, their_high));
+    const double cell = ours.params().approximation.resolution;
+    EXPECT_LE((low - their_low).cwiseAbs().maxCoeff(), cell);
+    EXPECT_LE((high - their_high).cwiseAbs().maxCoeff(), cell);
+  }
+  ProgramResult localize(const std::string& atlas, const std::vector<std::string>& more) const {
+    return planarMap(joined({"localize", atlas}, more));
+  }
+
+  const std::string file_ = directory_ / "a.atlas";
+};
+
+TEST_F(AtlasRuns, ARunMakesAnAtlas) {
+  expectExit(0, run("out", {"--atlas", file_}));
+  const Json made = info(file_);
+  EXPECT_EQ(5, made["submaps"]);  // of five frames each
+  EXPECT_EQ(kFrames, made["keyframes"]);
+  EXPECT_EQ(4, made["links"]["neighbour"]);
+  EXPECT_GE(made["links"]["loop"], 5);  // the second round sees what the first one saw
+  ASSERT_EQ(1u, made["components"].size());
+  ASSERT_EQ(1u, made["sessions"].size());
+  EXPECT_EQ(room().path(), made["sessions"][0]["source"]);
+  const AtlasData data = loadAtlas(file_);
+  EXPECT_NE(std::string::npos, data.sessions[0].configuration.find("stages:")) << "all parameters";
+  expectSameMap("out/map.pmap", "a.atlas");
+  EXPECT_NE(std::string::npos, read("out/run.log").find("loop ")) << read("out/run.log");
+}
+
+TEST_F(AtlasRuns, ASecondRunGoesOnInIt) {
+  const std::string file = building();
+  const Json before = info(file);
+  expectExit(0, run("second", {"--frames", "12:", "--atlas", file}));
+  const Json after = info(file);
+  EXPECT_EQ(2u, after["sessions"].size());
+  EXPECT_EQ(6, after["submaps"]);
+  EXPECT_EQ(kFrames, after["keyframes"]);
+  EXPECT_EQ(before["sessions"][0], after["sessions"][0]);
+  ASSERT_EQ(1u, after["components"].size());  // it found itself
+  // The map of the second run is that of both.
+  expectSameMap("second/map.pmap", "building.atlas");
+  const Json both =
+      Json::parse(expectExit(0, planarMap({"info", directory_ / "second/map.pmap", "--json"})).out);
+  EXPECT_EQ(kFrames, both["frames"]);
+}
+
+TEST_F(AtlasRuns, ASessionElsewhereStaysAComponentOfItsOwn) {
+  const std::string file = building();
+  const std::string first = exported("building.atlas");
+  expectExit(0, planarMap({"run", corridor().path(), "-o", directory_ / "out", "-q", "--atlas",
+                           file, "--set", "motion_estimation.poses=use"}));
+  const Json both = info(file);
+  ASSERT_EQ(2u, both["components"].size());
+  EXPECT_EQ(2, both["components"][1]["keyframes"]);
+  expectExit(0,
+             planarMap({"atlas", "export", file, directory_ / "again.pmap", "--component", "0"}));
+  EXPECT_TRUE(first == read("again.pmap"));
+}
+
+TEST_F(AtlasRuns, ThreadsChangeNothing) {
+  expectExit(0, run("one", {"--atlas", directory_ / "one.atlas", "-j", "1"}));
+  expectExit(0, run("two", {"--atlas", directory_ / "two.atlas", "-j", "2"}));
+  EXPECT_TRUE(read("one/map.pmap") == read("two/map.pmap"));
+  EXPECT_TRUE(exported("one.atlas") == exported("two.atlas"));
+  AtlasData one = loadAtlas(directory_ / "one.atlas"), two = loadAtlas(directory_ / "two.atlas");
+  ASSERT_EQ(one.links.size(), two.links.size());
+  for (std::size_t i = 0; i < one.links.size(); ++i) {
+    EXPECT_EQ(one.links[i].T_to_from.matrix(), two.links[i].T_to_from.matrix());
+    EXPECT_EQ(one.links[i].state, two.links[i].state);
+  }
+}
+
+TEST_F(AtlasRuns, AFileThatCannotBeWrittenIsOneSentenceAndNothingIsLost) {
+  expectExit(1, run("out", {"--frames", ":2", "--atlas", directory_ / "none/a.atlas"}), "none");
+  EXPECT_FALSE(exists("none"));
+  const std::string file = building();
+  const std::string before = read("building.atlas");
+  ProgramOptions small;
+  small.file_size_limit = 300000;
+  const ProgramResult full = run("more", {"--frames", "12:", "--atlas", file}, small);
+  EXPECT_EQ(1, full.exit_code) << full.err;
+  EXPECT_TRUE(before == read("building.atlas"));
+}
+
+TEST_F(AtlasRuns, AReadOnlyFolderKeepsItsAtlas) {
+  if (::geteuid() == 0) GTEST_SKIP() << "the superuser may write everywhere";
+  const std::string file = building();
+  const std::string before = read("building.atlas");
+  std::filesystem::permissions(
+      directory_.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  TemporaryDirectory output;
+  const ProgramResult result = planarMap(
+      {"run", room().path(), "-o", output / "out", "-q", "--frames", "12:", "--atlas", file});
+  std::filesystem::permissions(directory_.path(), std::filesystem::perms::owner_all);
+  expectExit(1, result, "building.atlas");
+  EXPECT_TRUE(before == read("building.atlas"));
+}
+
+TEST_F(AtlasRuns, WhatIsNoAtlasIsLeftAlone) {
+  std::string other = read((building(), "building.atlas"));
+  other[63] = 9;  // PRAGMA user_version
+  const std::vector<std::pair<std::string, std::string>> files = {
+      {write("other.atlas", other), "version"},
+      {write("text.atlas", "no database"), "is no atlas"},
+      {write("short.atlas", other.substr(0, other.size() / 2)), ""}};
+  for (const auto& [file, problem] : files) {
+    SCOPED_TRACE(file);
+    const std::string name = file.substr(file.rfind('/') + 1);
+    const std::string before = read(name);
+    expectExit(4, run("out", {"--atlas", file}), name);
+    if (!problem.empty()) expectExit(4, run("out", {"--atlas", file}), problem);
+    EXPECT_TRUE(before == read(name));
+    EXPECT_FALSE(exists("out/map.pmap"));
+  }
+}
+
+TEST_F(AtlasRuns, WrongUsesAreCodeTwo) {
+  for (const char* frames : {"0", "-3", "many"})
+    expectExit(2, run("out", {"--atlas", file_, "--submap-frames", frames}), "--submap-frames");
+  EXPECT_FALSE(exists("a.atlas"));
+}
+
+/// What --resume does; in one place, since it is the run that decides it.
+TEST_F(AtlasRuns, ResumingARunWithAnAtlasIsRefused) {
+  expectExit(0, run("out", {"--frames", ":2", "--atlas", file_}));
+  const std::string before = read("a.atlas");
+  expectExit(4, run("out", {"--atlas", file_, "--resume"}), "resumed");
+  EXPECT_TRUE(before == read("a.atlas"));
+}
+
+TEST_F(AtlasRuns, AFrameIsLocalized) {
+  const std::string file = building();
+  const Json rows = Json::parse(
+      expectExit(0, localize(file, {room().path(), "--frames", "13:16", "--json"})).out);
+  ASSERT_EQ(3u, rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json& row = rows[i];
+    EXPECT_EQ(13 + i, row["frame"]);
+    EXPECT_EQ(true, row["found"]);
+    const Pose& truth = room().poses[13 + i].pose;
+    const Vector3 position(row["position_m"][0], row["position_m"][1], row["position_m"][2]);
+    EXPECT_LT((position - truth.translation()).norm(), 0.02);
+    const Quaternion turn(row["quaternion_xyzw"][3], row["quaternion_xyzw"][0],
+                          row["quaternion_xyzw"][1], row["quaternion_xyzw"][2]);
+    EXPECT_LT(turn.angularDistance(Quaternion(truth.linear())), 0.01);
+    ASSERT_EQ(6u, row["covariance"].size());
+    EXPECT_GT(row["covariance"][5][5], 0.0);
+    EXPECT_GE(row["inliers"], 12);
+    EXPECT_EQ(0, row["component"]);
+    EXPECT_EQ(0, row["session"]);
+    EXPECT_LT(row["keyframe_frame"], 12);
+  }
+  const std::string line = expectExit(0, localize(file, {room().path(), "--frames", "13"})).out;
+  for (const char* part : {"frame 13 ", "position ", "quaternion xyzw ", "deviations ",
+                           "component 0, session 0, submap ", "keyframe ", " features, agreement "})
+    EXPECT_NE(std::string::npos, line.find(part)) << part << " in " << line;
+  EXPECT_EQ(1, std::count(line.begin(), line.end(), '\n'));
+}
+
+TEST_F(AtlasRuns, AFrameOfElsewhereIsNotFoundAndThatIsCodeEight) {
+  const std::string file = building();
+  const ProgramResult one = expectExit(8, localize(file, {corridor().path(), "--frames", "1"}),
+                                       "frame 1 of " + corridor().path() + " is not found");
+  EXPECT_NE(std::string::npos, one.out.find(": not found: ")) << one.out;
+  const ProgramResult all =
+      expectExit(8, localize(file, {corridor().path(), "--json"}), "in all 4 of 4 frames");
+  for (const Json& row : Json::parse(all.out)) {
+    EXPECT_EQ(false, row["found"]);
+    EXPECT_FALSE(row["reason"].get<std::string>().empty());
+  }
+}
+
+TEST_F(AtlasRuns, FramesWithoutAnImageSayWhy) {
+  write("clouds/0.pcd", binaryPcd(roomPoints(2000)));
+  expectExit(8, localize(building(), {directory_ / "clouds"}), "no image belongs to its cloud");
+}
+
+TEST_F(AtlasRuns, WhatCannotBeLocalizedIsSaid) {
+  const std::string file = building();
+  expectExit(2, localize(file, {}), "input is required");
+  expectExit(2, localize(file, {room().path(), "--frames", "5:5"}), "--frames");
+  expectExit(4, localize(file, {room().path(), "--frames", "900"}), "select none");
+  expectExit(4, localize(file, {directory_ / "none"}), "none");
+  expectExit(4, localize(directory_ / "none.atlas", {room().path()}), "no such file");
+}
+
+}  // namespace
+}  // namespace planar_mapping
