@@ -19,15 +19,29 @@ namespace {
 constexpr double kKeyframeStep = 0.25;                      // metres
 constexpr double kKeyframeTurn = 15.0 * kRadiansPerDegree;  // radians
 constexpr std::size_t kCandidates = 4;                      // keyframes checked for each new one
-/// Of a given pose, and of what a motion's covariance does not say: time stamps.
+/// What a motion's covariance does not say: time stamps, calibration.
 constexpr double kLeastShift = 0.001;  // metres, a step
 constexpr double kLeastTurn = 0.0003;  // radians, a step
-/// Likewise: calibration, slip, bias, as odometers have them.
+/// Of given poses: slip and bias, as odometers have them.
 constexpr double kDrift = 0.02;                         // of the way, and of all turns
 constexpr double kTurnDrift = 0.3 * kRadiansPerDegree;  // radians a metre
 // So far such an error goes on in one direction; beyond that variances add up.
 constexpr double kSteadyWay = 10.0;         // metres
 constexpr double kSteadyTurn = 2.0 * M_PI;  // radians
+
+Vector6 varianceOf(const Pose& step, bool is_given) {
+  Vector6 variance;
+  variance << Vector3::Constant(kLeastShift * kLeastShift),
+      Vector3::Constant(kLeastTurn * kLeastTurn);
+  if (!is_given) return variance;
+  const double way = step.translation().norm();
+  const double turn = rotationAngle(step.linear());
+  Vector6 drift;
+  drift << Vector3::Constant(kDrift * kDrift * kSteadyWay * way),
+      Vector3::Constant(kTurnDrift * kTurnDrift * kSteadyWay * way +
+                        kDrift * kDrift * kSteadyTurn * turn);
+  return variance + drift;
+}
 
 template <typename Row>
 std::int64_t nextId(const std::vector<Row>& rows) {
@@ -52,16 +66,16 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
   stored_ = earlier_ = data_.submaps.size();
 }
 
-PlanarMap& AtlasBuilder::mapFor(const Pose& T_session_sensor) {
+PlanarMap& AtlasBuilder::mapForNext() {
   const bool is_full = open_ && (open_->frames() >= static_cast<std::size_t>(params_.frames) ||
                                  path_ >= params_.path);
-  if (!open_ || is_full || is_lost_) begin(T_session_sensor);
+  if (!open_ || is_full || is_lost_) begin();
   is_joined_ = false;
   return *open_;
 }
 
 /// The next submap lies where the last one of the session does: what moved that moved all after it.
-void AtlasBuilder::begin(const Pose& T_session_sensor) {
+void AtlasBuilder::begin() {
   Submap next;
   next.id = nextId(data_.submaps);
   next.session = session_;
@@ -80,9 +94,8 @@ void AtlasBuilder::begin(const Pose& T_session_sensor) {
     link.kind = LinkKind::Neighbour;
     link.from_submap = last.id;
     link.to_submap = next.id;
-    const Matrix6 adjoint = detail::adjoint(T_session_sensor);
-    link.covariance = adjoint * drift_ * adjoint.transpose();
-    data_.links.push_back(link);
+    data_.links.push_back(link);  // its covariance takes the step into the submap
+    is_entering_ = true;
   }
   open_ = std::make_shared<PlanarMap>(map_params_);
   next.map = open_;
@@ -90,11 +103,11 @@ void AtlasBuilder::begin(const Pose& T_session_sensor) {
   last_keyframe_.reset();
   is_lost_ = false;
   path_ = 0.0;
-  drift_.setZero();
 }
 
 void AtlasBuilder::loseTrack() {
   last_frame_.reset();
+  drift_.setZero();
   is_lost_ = open_ != nullptr;
 }
 
@@ -102,20 +115,17 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   Update update;
   if (last_frame_) {
     const Pose step = seen.T_session_sensor.inverse() * *last_frame_;
-    const double way = step.translation().norm();
-    path_ += way;
+    path_ += step.translation().norm();
     const Matrix6 moved = detail::adjoint(step);
-    Vector6 least;
-    least << Vector3::Constant(kLeastShift), Vector3::Constant(kLeastTurn);
     drift_ = moved * drift_ * moved.transpose();
-    drift_.diagonal() += least.cwiseAbs2();
-    const double turn = rotationAngle(step.linear());
-    Vector6 drift;
-    drift << Vector3::Constant(kDrift * kDrift * kSteadyWay * way),
-        Vector3::Constant(kTurnDrift * kTurnDrift * kSteadyWay * way +
-                          kDrift * kDrift * kSteadyTurn * turn);
-    drift_.diagonal() += drift;
+    drift_.diagonal() += varianceOf(step, !seen.step_covariance);
     if (seen.step_covariance) drift_ += *seen.step_covariance;
+  }
+  if (is_entering_) {
+    const Matrix6 adjoint = detail::adjoint(seen.T_session_sensor);
+    data_.links.back().covariance = adjoint * drift_ * adjoint.transpose();
+    drift_.setZero();
+    is_entering_ = false;
   }
   last_frame_ = seen.T_session_sensor;
   if (seen.gray == nullptr) return update;

@@ -41,10 +41,10 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   AtlasBuilder(const SubmapParams& params, const PlanarMapParams& map, AtlasSession session,
                AtlasData known = {});
 
-  /// The map that a frame of this pose is to be inserted into.
-  PlanarMap& mapFor(const Pose& T_session_sensor);
+  /// The map that the next frame is to be inserted into.
+  PlanarMap& mapForNext();
 
-  /// A frame that was inserted into mapFor() its pose.
+  /// A frame that was inserted into mapForNext().
   struct Seen {
     std::size_t frame = 0;  ///< number in its input
     std::string source;     ///< file it came from
@@ -68,7 +68,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   void loseTrack();
 
   /// All submaps that links join with the first of this session, as one map. Valid until the next
-  /// call of mapFor().
+  /// call of mapForNext().
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
   const PlanarMap& map();
   using Trajectory = std::vector<std::pair<double, Pose>>;  ///< time stamps, T_world_sensor
@@ -87,7 +87,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::size_t memoryBytes() const;  ///< of the closed submaps of this session
 
  private:
-  void begin(const Pose& T_session_sensor);
+  void begin();
   void updateJoined();
   std::size_t findLoops(const Keyframe& key);
 
@@ -102,7 +102,8 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::optional<Pose> last_frame_;     ///< T_session_sensor
   std::optional<Pose> last_keyframe_;  ///< T_session_sensor, of the open submap
   bool is_lost_ = false;
-  double path_ = 0.0;                ///< in the open submap, metres
+  bool is_entering_ = false;  ///< the last link leads into the open submap, whose first frame comes
+  double path_ = 0.0;         ///< in the open submap, metres
   Matrix6 drift_ = Matrix6::Zero();  ///< in it, in the frames of the sensor
   std::size_t closed_bytes_ = 0;
   std::size_t earlier_ = 0;  ///< submaps of earlier sessions

@@ -332,7 +332,7 @@ void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
         std::make_unique<AtlasBuilder>(atlas_plan_->params, params, std::move(atlas_plan_->session),
                                        std::move(atlas_plan_->known));
     atlas_plan_.reset();
-    atlas_->mapFor(Pose::Identity());
+    atlas_->mapForNext();
   }
 #endif
   map_ = PlanarMap(params);
@@ -340,7 +340,7 @@ void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
 
 PlanarMap& Pipeline::mapFor(const Frame& frame) {
 #ifdef PLANAR_MAPPING_HAS_ATLAS
-  if (atlas_ && frame.skip_reason.empty()) return atlas_->mapFor(frame.T_world_sensor);
+  if (atlas_ && frame.skip_reason.empty()) return atlas_->mapForNext();
 #endif
   static_cast<void>(frame);
   return map_;

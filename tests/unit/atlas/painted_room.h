@@ -50,7 +50,7 @@ inline AtlasBuilder::Update addView(AtlasBuilder& builder, std::size_t number,
   FrameObservation observation = view.frame();
   observation.T_world_sensor = T_session_sensor;
   observation.timestamp = static_cast<double>(number);
-  builder.mapFor(T_session_sensor).insert(observation);
+  builder.mapForNext().insert(observation);
   AtlasBuilder::Seen seen;
   seen.frame = number;
   seen.source = "rgb/" + std::to_string(number) + ".png";

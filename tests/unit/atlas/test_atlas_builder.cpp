@@ -7,12 +7,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <set>
+#include <string>
 #include <utility>
 
 #include "painted_room.h"
+#include "planar_mapping/atlas/atlas_store.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
+#include "temporary_directory.h"
 
 namespace planar_mapping {
 namespace {
@@ -136,9 +141,10 @@ TEST(AtlasBuilder, ALoopMovesSubmapsAndTheUpdateSaysWhich) {
     const std::size_t links = builder.data().links.size();
     const AtlasBuilder::Update update = loop.step();
     found = found || !update.links.empty();
-    for (const std::int64_t id : update.links) {
-      EXPECT_GE(static_cast<std::size_t>(id), links);
-      EXPECT_EQ(LinkKind::Loop, builder.data().links[static_cast<std::size_t>(id)].kind);
+    for (const Link& link : update.links) {
+      EXPECT_GE(static_cast<std::size_t>(link.id), links);
+      EXPECT_EQ(LinkKind::Loop, link.kind);
+      EXPECT_EQ(builder.data().links[static_cast<std::size_t>(link.id)].state, link.state);
     }
     for (std::size_t k = 0; k < before.size(); ++k) {
       const bool is_named =
@@ -248,6 +254,74 @@ TEST(AtlasBuilder, ASessionElsewhereStaysByItself) {
               data.submaps[i].component)
         << i;
   EXPECT_EQ(static_cast<std::size_t>(kTurn / 2), second.map().frames());
+}
+
+TEST(AtlasBuilder, WhatIsStoredSubmapBySubmapIsTheWhole) {
+  const TemporaryDirectory directory;
+  const std::string path = directory / "walk.atlas";
+  AtlasBuilder first = builderOf(6, kEndless);
+  Loop(first).walk(kTurn / 2);
+  saveAtlas(first.data(), path);
+  AtlasBuilder builder = builderOf(5, kEndless, loadAtlas(path));
+  Loop loop(builder, kElsewhere);
+  std::optional<AtlasStore> store = AtlasStore::open(path, AtlasAccess::Write);
+  const auto append = [&store](const AtlasData& added, const AtlasData& solved) {
+    store->append(added, solved);
+  };
+  std::size_t times = 0;
+  for (int i = 0; i < kTurn + 3; ++i) {
+    loop.step();
+    if (builder.store(append, false)) ++times;
+    EXPECT_FALSE(builder.store(append, false));
+  }
+  EXPECT_EQ(static_cast<std::size_t>(kTurn + 2) / 5, times);
+  EXPECT_TRUE(builder.store(append, true));
+  EXPECT_FALSE(builder.store(append, true));
+  store.reset();
+  const std::string whole = directory / "whole.atlas";
+  saveAtlas(builder.data(), whole);
+  const std::string again = directory / "again.atlas";
+  saveAtlas(loadAtlas(path), again);
+  EXPECT_GT(countOf(builder.data(), LinkKind::Loop), 0u);
+  EXPECT_EQ(io::readWholeText(whole), io::readWholeText(again));
+}
+
+TEST(AtlasBuilder, WhatCouldNotBeWrittenIsGivenAgain) {
+  AtlasBuilder builder = builderOf(2, kEndless);
+  Loop(builder).walk(5);
+  const auto fail = [](const AtlasData&, const AtlasData&) { throw IoError("x", "is full"); };
+  EXPECT_THROW(builder.store(fail, false), IoError);
+  std::size_t submaps = 0;
+  std::size_t sessions = 0;
+  const auto count = [&](const AtlasData& added, const AtlasData&) {
+    submaps += added.submaps.size();
+    sessions += added.sessions.size();
+  };
+  EXPECT_TRUE(builder.store(count, false));
+  EXPECT_EQ(2u, submaps);
+  EXPECT_TRUE(builder.store(count, true));
+  EXPECT_EQ(3u, submaps);
+  EXPECT_EQ(1u, sessions);
+}
+
+TEST(AtlasBuilder, ALostTrackBeginsAComponentThatALoopJoins) {
+  AtlasBuilder builder = builderOf(100, kEndless);
+  Loop loop(builder);
+  loop.walk(4);
+  builder.loseTrack();
+  // Where the room looks other; then the first one again, in a frame of its own.
+  Loop(builder, Pose::Identity(), 2).walk(4);
+  EXPECT_EQ((std::vector<std::size_t>{4, 4}), framesOfSubmaps(builder.data()));
+  EXPECT_EQ(1, builder.data().submaps[1].component);
+  EXPECT_EQ(0u, countOf(builder.data(), LinkKind::Neighbour));
+  EXPECT_EQ(4u, builder.map().frames());
+  EXPECT_EQ(4u, builder.trajectory().size());
+  builder.loseTrack();
+  Loop(builder, kElsewhere).walk(4);
+  ASSERT_EQ(3u, builder.data().submaps.size());
+  EXPECT_EQ(0, builder.data().submaps[2].component);
+  EXPECT_EQ(8u, builder.map().frames());
+  EXPECT_EQ(8u, builder.trajectory().size());
 }
 
 }  // namespace
