@@ -25,13 +25,6 @@ class LaterPlaces {
  public:
   explicit LaterPlaces(const MapData& later)
       : later_(later), s_(later.resolution()), cell_(later.unknownResolution()) {
-    later.space.forEachRegion([&](const Int3& at, const SpaceRegion& region) {
-      SpaceRegion::Blocks blocks;
-      region.unpack(blocks);
-      std::vector<std::uint64_t>& free = free_[packKey(at)];
-      free.resize(SpaceRegion::kBlocks);
-      for (std::size_t i = 0; i < free.size(); ++i) free[i] = blocks.cellsOf(i).free;
-    });
     for (const PlaneLayer& layer : later.planes)
       bounds_.push_back(layer.bounds(s_, later.thickness()));
   }
@@ -74,11 +67,24 @@ class LaterPlaces {
     const Vector3 at = (world / cell_).array().floor();
     if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
     const Int3 c = toInt3(at);
-    const std::vector<std::uint64_t>* free =
-        free_.find(packKey(Int3{c.x >> 5, c.y >> 5, c.z >> 5}));
-    if (free == nullptr) return false;
+    const std::vector<std::uint64_t>& free = freeOf({c.x >> 5, c.y >> 5, c.z >> 5});
+    if (free.empty()) return false;
     const std::int32_t block = (c.x >> 2 & 7) + 8 * (c.y >> 2 & 7) + 64 * (c.z >> 2 & 7);
-    return ((*free)[static_cast<std::size_t>(block)] >> UnknownSpace::bitOf(c) & 1u) != 0;
+    return (free[static_cast<std::size_t>(block)] >> UnknownSpace::bitOf(c) & 1u) != 0;
+  }
+  /// Cells of the blocks of a region, which is unpacked the first time; none where there is no such
+  /// region.
+  const std::vector<std::uint64_t>& freeOf(const Int3& at) const {
+    const std::uint64_t key = packKey(at);
+    if (const std::vector<std::uint64_t>* known = free_.find(key)) return *known;
+    std::vector<std::uint64_t>& free = free_[key];
+    if (const SpaceRegion* region = later_.space.region(at)) {
+      SpaceRegion::Blocks blocks;
+      region->unpack(blocks);
+      free.resize(SpaceRegion::kBlocks);
+      for (std::size_t i = 0; i < free.size(); ++i) free[i] = blocks.cellsOf(i).free;
+    }
+    return free;
   }
   bool isInCell(const Vector3& world) const {
     const Vector3 at = (world / s_).array().floor();
@@ -105,8 +111,8 @@ class LaterPlaces {
   const MapData& later_;
   const double s_;
   const double cell_;
-  KeyMap<std::vector<std::uint64_t>> free_;  ///< cells of the blocks of each region
-  std::vector<Eigen::AlignedBox3d> bounds_;  ///< of its planes
+  mutable KeyMap<std::vector<std::uint64_t>> free_;  ///< of freeOf()
+  std::vector<Eigen::AlignedBox3d> bounds_;          ///< of its planes
   std::vector<const PlaneLayer*> near_;
 };
 
