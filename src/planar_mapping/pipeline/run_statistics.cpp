@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/parallel.h"
@@ -106,6 +107,18 @@ void StandardCells::add(const Vector3& point) {
   for (int axis = 0; axis < 3; ++axis) cell.point[axis] = static_cast<float>(point[axis]);
 }
 
+void StandardCells::add(const StandardCells& other, const Pose& T_this_other) {
+  for (const std::uint64_t other_key : other.cells_.sortedKeys()) {
+    const Cell& from = *other.cells_.find(other_key);
+    const Vector3 point = T_this_other * Vector3(from.point[0], from.point[1], from.point[2]);
+    std::uint64_t key = 0;
+    if (!cellKeyOf(point, resolution_, key)) continue;
+    Cell& cell = cells_[key];
+    cell.points += from.points;
+    for (int axis = 0; axis < 3; ++axis) cell.point[axis] = static_cast<float>(point[axis]);
+  }
+}
+
 std::pair<std::size_t, std::size_t> StandardCells::coveredBy(const PlanarMap& map) const {
   std::size_t covered = 0;
   std::size_t all = 0;
@@ -134,14 +147,16 @@ std::vector<std::string> stageKeys(const Configuration& configuration) {
 
 void RunStatistics::add(const FrameReport& report, const Frame& frame, const PlanarMap& map) {
   reports_.push_back(report);
+  maps_.push_back(frame.skip_reason.empty() ? &map : nullptr);
   count(frame, map);
 }
 
 void RunStatistics::addAgain(FrameReport report, const Frame& frame, const PlanarMap& map) {
-  for (FrameReport& row : reports_) {
-    if (row.number != report.number) continue;
-    report.read_ms = row.read_ms;
-    row = report;
+  for (std::size_t i = 0; i < reports_.size(); ++i) {
+    if (reports_[i].number != report.number) continue;
+    report.read_ms = reports_[i].read_ms;
+    reports_[i] = report;
+    maps_[i] = &map;
   }
   count(frame, map);
 }
@@ -155,17 +170,35 @@ void RunStatistics::count(const Frame& frame, const PlanarMap& map) {
     has_true_poses_ = has_true_poses_ || (!frame.pose_assumed && frame.given_pose->matrix() !=
                                                                      frame.T_world_sensor.matrix());
   }
-  if (!standard_cells_) standard_cells_.emplace(map.params().approximation.resolution);
+  StandardCells& cells = cellsFor(map);
   std::vector<std::uint8_t> is_ground(frame.cloud->size(), 0);
   for (const int i : frame.ground) is_ground[static_cast<std::size_t>(i)] = 1;
   const PointsView points = pointsOf(*frame.cloud);
   for (std::size_t i = 0; i < points.size; ++i) {
     if (is_ground[i] == 0 && points.isMeasured(i))
-      standard_cells_->add(frame.T_world_sensor * points.point(i));
+      cells.add(frame.T_world_sensor * points.point(i));
   }
 }
 
-std::string RunStatistics::framesCsv(const Configuration& configuration) const {
+StandardCells& RunStatistics::cellsFor(const PlanarMap& map) {
+  for (auto part = parts_.rbegin(); part != parts_.rend(); ++part)
+    if (part->map == &map) return part->cells;
+  parts_.push_back({&map, StandardCells(map.params().approximation.resolution)});
+  return parts_.back().cells;
+}
+
+StandardCells RunStatistics::joinedCells(const std::vector<MapPlace>& places) const {
+  StandardCells all(parts_.front().cells.resolution());
+  for (const MapPlace& place : places) {
+    if (place.component != places.front().component) continue;
+    for (const Part& part : parts_)
+      if (part.map == place.map) all.add(part.cells, place.T_world_map);
+  }
+  return all;
+}
+
+std::string RunStatistics::framesCsv(const Configuration& configuration,
+                                     const std::vector<MapPlace>& places) const {
   const std::vector<std::string> names = statisticNames(reports_);
   std::string csv = "frame,source,timestamp,read_ms";
   for (const std::string& key : stageKeys(configuration)) csv += "," + key + "_ms";
@@ -173,8 +206,10 @@ std::string RunStatistics::framesCsv(const Configuration& configuration) const {
   for (const CountColumn& column : kCounts) csv += std::string(",") + column.name;
   csv += ",skipped";
   for (const std::string& name : names) csv += "," + quotedForCsv(name);
+  if (!places.empty()) csv += ",submap,component";
   csv += "\n";
-  for (const FrameReport& r : reports_) {
+  for (std::size_t row = 0; row < reports_.size(); ++row) {
+    const FrameReport& r = reports_[row];
     csv += std::to_string(r.number) + "," + quotedForCsv(r.source) + "," +
            formatNumber(r.timestamp) + "," + formatNumber(r.read_ms);
     for (const double ms : r.stage_ms) csv += "," + formatNumber(ms);
@@ -182,20 +217,32 @@ std::string RunStatistics::framesCsv(const Configuration& configuration) const {
     for (const CountColumn& column : kCounts) csv += "," + std::to_string(r.*column.value);
     csv += "," + quotedForCsv(r.skip_reason);
     for (const std::string& name : names) csv += "," + statisticText(r, name);
+    if (!places.empty()) {
+      const auto place = std::find_if(places.begin(), places.end(),
+                                      [&](const MapPlace& one) { return one.map == maps_[row]; });
+      csv += place == places.end()
+                 ? ",,"
+                 : "," + std::to_string(place->submap) + "," + std::to_string(place->component);
+    }
     csv += "\n";
   }
   return csv;
 }
 
-Json RunStatistics::metrics(const Configuration& configuration, const PlanarMap& map) const {
+Json RunStatistics::metrics(const Configuration& configuration, const PlanarMap& map,
+                            const std::vector<MapPlace>& places) const {
   const std::vector<std::string> keys = stageKeys(configuration);
   const std::size_t cuboids = map.cuboids().size();
   const auto planar = static_cast<std::size_t>(
       std::count_if(map.cuboids().begin(), map.cuboids().end(),
                     [](const Cuboid& cuboid) { return cuboid.plane_id >= 0; }));
-  const std::size_t cells = standard_cells_ ? standard_cells_->size() : 0;
-  const auto [covered, all] =
-      standard_cells_ ? standard_cells_->coveredBy(map) : std::pair<std::size_t, std::size_t>();
+  std::optional<StandardCells> joined;
+  if (!places.empty() && !parts_.empty()) joined = joinedCells(places);
+  const StandardCells* const standard_cells =
+      joined ? &*joined : (parts_.empty() ? nullptr : &parts_.front().cells);
+  const std::size_t cells = standard_cells != nullptr ? standard_cells->size() : 0;
+  const auto [covered, all] = standard_cells != nullptr ? standard_cells->coveredBy(map)
+                                                        : std::pair<std::size_t, std::size_t>();
   Json json;
   json["version"] = PLANAR_MAPPING_VERSION;
   json["profile"] = configuration.settings.profile == Profile::Paper ? "paper" : "compact";

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,7 +26,11 @@ class StandardCells {
   explicit StandardCells(double resolution) : resolution_(resolution) {}
   /// World frame, metres. What is beyond the grid, as it is beyond any map, is left out.
   void add(const Vector3& point);
+  /// Points of other cells, from their world to this one: of each cell they go where one of them
+  /// goes.
+  void add(const StandardCells& other, const Pose& T_this_other);
   std::size_t size() const { return cells_.size(); }
+  double resolution() const { return resolution_; }
   /// Points in or within half a cell of a cuboid, and all points. A point of each cell stands for
   /// all that fell into it.
   std::pair<std::size_t, std::size_t> coveredBy(const PlanarMap& map) const;
@@ -37,6 +40,14 @@ class StandardCells {
   KeyMap<Cell> cells_;
 };
 
+/// Where one of the maps that frames were added to lies in the map of all.
+struct MapPlace {
+  const PlanarMap* map = nullptr;
+  std::int64_t submap = 0;
+  std::int64_t component = 0;  ///< maps of one component have one world
+  Pose T_world_map = Pose::Identity();
+};
+
 /// The figures of a run: frames.csv and metrics.json.
 class RunStatistics {
  public:
@@ -44,8 +55,11 @@ class RunStatistics {
   void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
   /// A frame that was left out at first is in the map now: its row is replaced.
   void addAgain(FrameReport report, const Frame& frame, const PlanarMap& map);
-  std::string framesCsv(const Configuration& configuration) const;
-  nlohmann::ordered_json metrics(const Configuration& configuration, const PlanarMap& map) const;
+  /// \param places  of the submaps, the first that of the world; empty = there is one map
+  std::string framesCsv(const Configuration& configuration,
+                        const std::vector<MapPlace>& places) const;
+  nlohmann::ordered_json metrics(const Configuration& configuration, const PlanarMap& map,
+                                 const std::vector<MapPlace>& places) const;
   const std::vector<FrameReport>& reports() const { return reports_; }
   std::size_t frames() const { return reports_.size(); }
   /// Frames that were not left out.
@@ -54,9 +68,19 @@ class RunStatistics {
  private:
   void count(const Frame& frame, const PlanarMap& map);
 
+  /// A frame's points in the cells of the map that it was added to.
+  struct Part {
+    const PlanarMap* map;
+    StandardCells cells;
+  };
+  StandardCells& cellsFor(const PlanarMap& map);
+  /// Of the frames in the world.
+  StandardCells joinedCells(const std::vector<MapPlace>& places) const;
+
   std::vector<FrameReport> reports_;
+  std::vector<const PlanarMap*> maps_;  ///< that they were added to; null where they were not
   std::size_t used_ = 0;
-  std::optional<StandardCells> standard_cells_;  ///< once the resolution is known
+  std::vector<Part> parts_;
   std::vector<Pose> estimated_poses_;  ///< of the frames that have an estimated and a given pose
   std::vector<Pose> given_poses_;
   bool has_true_poses_ = false;  ///< a given pose was not only assumed, and not taken as it is

@@ -365,7 +365,8 @@ class Run {
   void save(bool on_the_way) {
     const PlanarMap& map = pipeline_.map();
     const Configuration& configuration = pipeline_.configuration();
-    auto metrics = statistics_.metrics(configuration, map);
+    const std::vector<detail::MapPlace> places = placesOfSubmaps();
+    auto metrics = statistics_.metrics(configuration, map, places);
     metrics["interrupted"] = on_the_way;
     std::string bytes;
     if (result_.saved) {
@@ -394,7 +395,7 @@ class Run {
     std::vector<OutputFile> files;  // moved, not copied: they may be large
     files.emplace_back("config.resolved.yaml", effectiveYaml(configuration));
     files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
-    files.emplace_back("frames.csv", statistics_.framesCsv(configuration));
+    files.emplace_back("frames.csv", statistics_.framesCsv(configuration, places));
     files.emplace_back("run.log", log_text_);
     files.emplace_back("map.json", [&map](const io::ByteSink& sink) {
       constexpr std::size_t kMostUnknown = std::size_t{1} << 22;  // cells; some 20 MB
@@ -403,6 +404,19 @@ class Run {
     files.emplace_back("metrics.json", result_.metrics_json);
     files.emplace_back("map.pmap", std::move(bytes));
     directory_.commit(files);
+  }
+
+  /// Of this session.
+  std::vector<detail::MapPlace> placesOfSubmaps() const {
+    std::vector<detail::MapPlace> places;
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+    if (pipeline_.atlas() == nullptr) return places;
+    const AtlasData& data = pipeline_.atlas()->data();
+    for (const Submap& submap : data.submaps)
+      if (submap.session == data.sessions.back().id)
+        places.push_back({submap.map.get(), submap.id, submap.component, submap.T_world_submap});
+#endif
+    return places;
   }
 
   /// Without those of earlier sessions.
