@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // planar_map run --atlas and localize.
 #include <cmath>
+#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "planar_mapping/atlas/atlas_store.h"
@@ -144,6 +145,27 @@ TEST_F(AtlasRuns, AFileThatCannotBeWrittenIsOneSentenceAndNothingIsLost) {
   const ProgramResult full = run("more", {"--frames", "12:", "--atlas", file}, small);
   EXPECT_EQ(1, full.exit_code) << full.err;
   EXPECT_EQ(before["sessions"][0], info(file)["sessions"][0]);
+}
+
+TEST_F(AtlasRuns, AKilledRunLeavesTheSubmapsThatWereClosed) {
+  ProgramOptions killed;
+  killed.while_running = [this](pid_t program, const std::string&) {
+    std::error_code none_yet;
+    const auto size = std::filesystem::file_size(file_ + "-wal", none_yet);
+    // Three submaps: the keyframes of one take some 130 kB.
+    if (!none_yet && size > 400000) ::kill(program, SIGKILL);
+  };
+  const ProgramResult result = run("out", {"--atlas", file_}, killed);
+  ASSERT_EQ(SIGKILL, result.signal);
+  EXPECT_FALSE(exists("out/map.pmap"));
+  const AtlasData left = loadAtlas(file_);
+  ASSERT_GE(left.submaps.size(), 1u);
+  for (const Submap& submap : left.submaps) EXPECT_EQ(5u, submap.map->frames());
+  EXPECT_EQ(5 * left.submaps.size(), left.keyframes.size());
+  // The next run goes on in what is there.
+  expectExit(0, run("again", {"--atlas", file_}));
+  EXPECT_EQ(1u, info(file_)["components"].size());
+  EXPECT_EQ(left.submaps.size() + 5, info(file_)["submaps"]);
 }
 
 TEST_F(AtlasRuns, AReadOnlyFolderKeepsItsAtlas) {
