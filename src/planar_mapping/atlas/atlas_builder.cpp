@@ -172,6 +172,11 @@ std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
   return found;
 }
 
+void AtlasBuilder::finish() {
+  is_over_ = true;
+  is_joined_ = false;
+}
+
 const PlanarMap& AtlasBuilder::map() {
   updateJoined();
   return joined_.map();
@@ -186,7 +191,8 @@ void AtlasBuilder::updateJoined() {
       if (joined_.contains(id)) joined_.remove(id);
     } else if (submap.map == open_) {
       joined_.set(id, std::make_shared<const PlanarMap>(*open_), submap.T_world_submap);
-    } else if (joined_.contains(id)) {
+    } else if (joined_.contains(id) &&
+               (!is_over_ || joined_.pose(id).matrix() == submap.T_world_submap.matrix())) {
       joined_.move(id, submap.T_world_submap);
     } else {
       joined_.set(id, submap.map, submap.T_world_submap);
@@ -195,8 +201,8 @@ void AtlasBuilder::updateJoined() {
   is_joined_ = true;
 }
 
-bool AtlasBuilder::store(const Write& write, bool is_over) {
-  const std::size_t whole = data_.submaps.size() - (open_ && !is_over ? 1 : 0);
+bool AtlasBuilder::store(const Write& write) {
+  const std::size_t whole = data_.submaps.size() - (open_ && !is_over_ ? 1 : 0);
   if (whole <= stored_) return false;
   const std::int64_t first = data_.submaps[stored_].id;
   const std::int64_t end = data_.submaps[whole - 1].id + 1;

@@ -80,10 +80,13 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// What a store lacks: \p added is new, \p solved has other poses, components and states than
   /// before (AtlasStore::append()).
   using Write = std::function<void(const AtlasData& added, const AtlasData& solved)>;
-  /// Gives what no earlier call gave to \p write, which may throw: then it is given again.
-  /// \param is_over  the open submap too: it must not grow any more
+  /// Gives closed submaps that no earlier call gave to \p write, which may throw: then they are
+  /// given again.
   /// \return whether there was a submap to give
-  bool store(const Write& write, bool is_over);
+  bool store(const Write& write);
+  /// Nothing follows: the open submap is closed, and map() has each one exactly where the links put
+  /// it. Until then one that moved by less than half a cell stays.
+  void finish();
   std::size_t memoryBytes() const;  ///< of the closed submaps of this session
 
  private:
@@ -101,6 +104,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   bool is_joined_ = false;             ///< joined_ holds the open submap as it is
   std::optional<Pose> last_frame_;     ///< T_session_sensor
   std::optional<Pose> last_keyframe_;  ///< T_session_sensor, of the open submap
+  bool is_over_ = false;
   bool is_lost_ = false;
   bool is_entering_ = false;  ///< the last link leads into the open submap, whose first frame comes
   double path_ = 0.0;         ///< in the open submap, metres

@@ -192,23 +192,25 @@ class Run {
   }
 
   /// Each submap is one transaction. A disk that is full now may have room for the next.
-  void storeSubmaps(bool is_over) {
+  void storeSubmaps() {
     AtlasBuilder* const atlas = pipeline_.atlas();
     if (atlas == nullptr || !store_) return;
     const auto append = [this](const AtlasData& added, const AtlasData& solved) {
       writeAtlas([&]() { store_->append(added, solved); });
     };
     try {
-      if (atlas->store(append, is_over)) is_new_atlas_ = false;
+      if (atlas->store(append)) is_new_atlas_ = false;
     } catch (const OutputError& error) {
-      if (is_over) throw;
+      if (is_over_) throw;
       warn(std::string("a submap could not be saved on the way: ") + error.what());
     }
   }
 
   void closeAtlas() {
     if (pipeline_.atlas() == nullptr) return;
-    storeSubmaps(true);
+    is_over_ = true;
+    pipeline_.atlas()->finish();
+    storeSubmaps();
     const AtlasData& data = pipeline_.atlas()->data();
     const auto loops = std::count_if(data.links.begin(), data.links.end(), [](const Link& link) {
       return link.kind == LinkKind::Loop && link.state == LinkState::Used;
@@ -229,7 +231,7 @@ class Run {
   void openAtlas() {
     throw InputError(options_.atlas + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
   }
-  void storeSubmaps(bool) {}
+  void storeSubmaps() {}
   void closeAtlas() {}
   void dropEmptyAtlas() {}
 #endif
@@ -297,7 +299,7 @@ class Run {
         reportOn(done.frame, done.report);
       }
     }
-    storeSubmaps(false);
+    storeSubmaps();
   }
 
   static std::string nameOf(const FrameReport& report) {
@@ -473,6 +475,7 @@ class Run {
 #ifdef PLANAR_MAPPING_HAS_ATLAS
   std::optional<AtlasStore> store_;
   bool is_new_atlas_ = false;  ///< nothing was written into it yet
+  bool is_over_ = false;       ///< no frame follows
 #endif
   std::future<std::vector<Processed>> at_work_;  ///< the frame that is being integrated
   std::future<Read> ahead_;                      ///< the next frame

@@ -271,12 +271,13 @@ TEST(AtlasBuilder, WhatIsStoredSubmapBySubmapIsTheWhole) {
   std::size_t times = 0;
   for (int i = 0; i < kTurn + 3; ++i) {
     loop.step();
-    if (builder.store(append, false)) ++times;
-    EXPECT_FALSE(builder.store(append, false));
+    if (builder.store(append)) ++times;
+    EXPECT_FALSE(builder.store(append));
   }
   EXPECT_EQ(static_cast<std::size_t>(kTurn + 2) / 5, times);
-  EXPECT_TRUE(builder.store(append, true));
-  EXPECT_FALSE(builder.store(append, true));
+  builder.finish();
+  EXPECT_TRUE(builder.store(append));
+  EXPECT_FALSE(builder.store(append));
   store.reset();
   const std::string whole = directory / "whole.atlas";
   saveAtlas(builder.data(), whole);
@@ -290,16 +291,17 @@ TEST(AtlasBuilder, WhatCouldNotBeWrittenIsGivenAgain) {
   AtlasBuilder builder = builderOf(2, kEndless);
   Loop(builder).walk(5);
   const auto fail = [](const AtlasData&, const AtlasData&) { throw IoError("x", "is full"); };
-  EXPECT_THROW(builder.store(fail, false), IoError);
+  EXPECT_THROW(builder.store(fail), IoError);
   std::size_t submaps = 0;
   std::size_t sessions = 0;
   const auto count = [&](const AtlasData& added, const AtlasData&) {
     submaps += added.submaps.size();
     sessions += added.sessions.size();
   };
-  EXPECT_TRUE(builder.store(count, false));
+  EXPECT_TRUE(builder.store(count));
   EXPECT_EQ(2u, submaps);
-  EXPECT_TRUE(builder.store(count, true));
+  builder.finish();
+  EXPECT_TRUE(builder.store(count));
   EXPECT_EQ(3u, submaps);
   EXPECT_EQ(1u, sessions);
 }
