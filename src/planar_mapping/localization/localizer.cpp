@@ -1,0 +1,213 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/localization/localizer.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/localization/pose_search.h"
+#include "planar_mapping/stereo/cv_image.h"
+
+namespace planar_mapping {
+
+SensorNoise SensorNoise::ofPair(double focal_length, double baseline, double disparity_error) {
+  SensorNoise noise;
+  noise.inverse_depth = disparity_error / (focal_length * baseline);
+  noise.relative = 0.0;
+  return noise;
+}
+
+double SensorNoise::depthSigma(double rho) const {
+  return std::hypot(inverse_depth, relative * rho);
+}
+
+void SensorNoise::validate() const {
+  requirePositive("noise.pixel", pixel, "px");
+  requireInRange("noise.pixel_per_size", pixel_per_size, 0.0, 1.0);
+  requirePositive("noise.inverse_depth", inverse_depth, "1/m");
+  requireInRange("noise.relative", relative, 0.0, 1.0);
+  requirePositive("noise.gray", gray);
+}
+
+void LocalizerParams::validate() const {
+  noise.validate();
+  requireInRange("min_log_odds", min_log_odds, -10.0, 10.0);
+  requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
+}
+
+class Localizer::Impl {
+ public:
+  explicit Impl(const LocalizerParams& params) : params_(params) { params_.validate(); }
+
+  Localization locate(const LocalizerFrame& frame) {
+    io::requireSound(frame.gray, "gray");
+    if (frame.gray.channels != 1) throw InputError("the image of a frame has to be gray");
+    if (static_cast<int>(frame.cloud.width) != frame.gray.width ||
+        static_cast<int>(frame.cloud.height) != frame.gray.height)
+      throw InputError("the cloud of a frame has to be as large as its image");
+    const detail::OpenCvThreads one(1);
+    detail::View view = detail::makeView(frame, params_.noise);
+    detail::addFeatures(frame, params_.noise, view);
+    debug_truth_ = frame.prior.value_or(Pose::Identity());
+    Localization result = place(view);
+    remember(std::move(view), frame, result);
+    return result;
+  }
+
+  std::size_t submaps() const { return submaps_; }
+
+ private:
+  struct Key {
+    detail::View view;
+    Pose T_submap_camera = Pose::Identity();
+    std::size_t submap = 0;
+    std::size_t frame = 0;
+    Pose truth = Pose::Identity();
+  };
+
+  static constexpr std::size_t kMapKeys = 3;    // keyframes of a local map
+  static constexpr std::size_t kKeptKeys = 24;  // keyframes that are remembered
+  // A camera moves as before, changed by half of it and by this.
+  static constexpr double kVelocityChange = 0.5;
+  static constexpr double kFreeShift = 0.1;  // metres
+  static constexpr double kFreeTurn = 0.2;   // radians
+
+  Localization place(const detail::View& view) {
+    Localization result;
+    std::vector<std::size_t> submaps;  // the newest first
+    for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
+      if (std::find(submaps.begin(), submaps.end(), key->submap) == submaps.end())
+        submaps.push_back(key->submap);
+    }
+    constexpr std::size_t kTried = 2;
+    submaps.resize(std::min(submaps.size(), kTried));
+    for (const std::size_t submap : submaps) {
+      if (placeIn(submap, view, result)) return result;
+    }
+    result = Localization();
+    result.submap = submaps_++;
+    result.begins_submap = true;
+    result.is_keyframe = true;
+    return result;
+  }
+
+  bool placeIn(std::size_t submap, const detail::View& view, Localization& result) const {
+    const Pose T_submap_expected = expectedIn(submap, view.timestamp);
+    const std::vector<const Key*> nearest = nearestKeys(submap, T_submap_expected);
+    detail::LocalMap map;
+    const Pose T_submap_map = nearest[0]->T_submap_camera;
+    for (const Key* key : nearest)
+      map.push_back({&key->view, T_submap_map.inverse() * key->T_submap_camera});
+    detail::ExpectedPose expected;
+    expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
+    if (last_.submap == submap && has_step_) {
+      const double shift = T_before_now_.translation().norm();
+      const double turn = rotationAngle(T_before_now_.linear());
+      expected.translation_sigma = kVelocityChange * shift + kFreeShift;
+      expected.rotation_sigma = kVelocityChange * turn + kFreeTurn;
+    }
+    const int gap = static_cast<int>(frames_ - nearest[0]->frame);
+    const auto found = detail::searchPose(map, view, expected, gap);
+    if (!found || found->evidence.log_odds < params_.min_log_odds) {
+      if (std::getenv("LOC_DEBUG") && found)
+        std::fprintf(stderr, "  refused (%.2f m %.1f deg off): in %zu of %zu off %zu agree %.2f thr %.3f ov %.2f zncc %.2f odds %.2f\n",
+                     debugOff(T_submap_map * found->T_now_map.inverse(), submap).first, debugOff(T_submap_map * found->T_now_map.inverse(), submap).second,
+                     found->evidence.inliers, found->evidence.expected, found->evidence.off_plane,
+                     found->evidence.agreement, found->evidence.seen_through,
+                     found->evidence.overlap, found->evidence.correlation, found->evidence.log_odds);
+      return false;
+    }
+    result.submap = submap;
+    result.T_submap_camera = T_submap_map * found->T_now_map.inverse();
+    result.evidence = found->evidence;
+    Matrix6 A = Matrix6::Zero();
+    const Matrix3 R = result.T_submap_camera.linear();
+    A.topLeftCorner<3, 3>() = R;
+    A.bottomRightCorner<3, 3>() = R;
+    A.topRightCorner<3, 3>() = crossMatrix(result.T_submap_camera.translation()) * R;
+    const Matrix6 turned = A * found->covariance * A.transpose();
+    result.covariance = 0.5 * (turned + turned.transpose());
+    result.is_keyframe = found->evidence.overlap < params_.keyframe_overlap;
+    return true;
+  }
+
+  mutable Pose debug_truth_ = Pose::Identity();
+  std::pair<double, double> debugOff(const Pose& T, std::size_t submap) const {
+    const Key* key = nullptr;
+    for (const Key& k : keys_) if (k.submap == submap) key = &k;
+    const Pose step = key->T_submap_camera.inverse() * T;
+    const Pose off = (key->truth.inverse() * debug_truth_).inverse() * step;
+    return {off.translation().norm(), rotationAngle(off.linear()) / kRadiansPerDegree};
+  }
+
+  /// By the motion before.
+  Pose expectedIn(std::size_t submap, double timestamp) const {
+    if (last_.submap == submap) {
+      if (!has_step_) return last_.T_submap_camera;
+      static_cast<void>(timestamp);
+      return last_.T_submap_camera * T_before_now_;
+    }
+    const auto key = std::find_if(keys_.rbegin(), keys_.rend(),
+                                  [&](const Key& k) { return k.submap == submap; });
+    return key->T_submap_camera;
+  }
+
+  /// The latest keyframe of a submap, and those nearest to a pose.
+  std::vector<const Key*> nearestKeys(std::size_t submap, const Pose& T_submap_camera) const {
+    std::vector<const Key*> keys;
+    for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
+      if (key->submap == submap) keys.push_back(&*key);
+    }
+    const auto distance = [&](const Key* key) {
+      constexpr double kTurnOfDepth = 0.5;  // radians: half a view, as is a shift by the depth
+      const Pose off = key->T_submap_camera.inverse() * T_submap_camera;
+      return off.translation().norm() / std::max(0.1, key->view.median_depth) +
+             rotationAngle(off.linear()) / kTurnOfDepth;
+    };
+    std::stable_sort(keys.begin() + 1, keys.end(),
+                     [&](const Key* a, const Key* b) { return distance(a) < distance(b); });
+    keys.resize(std::min(keys.size(), kMapKeys));
+    return keys;
+  }
+
+  void remember(detail::View&& view, const LocalizerFrame& frame, const Localization& result) {
+    has_step_ = frames_ > 0 && !result.begins_submap && last_.submap == result.submap;
+    if (has_step_) T_before_now_ = last_.T_submap_camera.inverse() * result.T_submap_camera;
+    last_ = result;
+    static_cast<void>(frame);
+    if (result.is_keyframe) {
+      keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_, debug_truth_});
+      if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());
+    }
+    ++frames_;
+  }
+
+  LocalizerParams params_;
+  std::vector<Key> keys_;
+  std::size_t submaps_ = 0;
+  std::size_t frames_ = 0;
+  Localization last_;
+  bool has_step_ = false;
+  Pose T_before_now_ = Pose::Identity();
+};
+
+Localizer::Localizer(const LocalizerParams& params) : impl_(std::make_unique<Impl>(params)) {}
+Localizer::~Localizer() = default;
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
+
+Localization Localizer::locate(const LocalizerFrame& frame) {
+  return impl_->locate(frame);
+}
+
+std::size_t Localizer::submaps() const {
+  return impl_->submaps();
+}
+
+}  // namespace planar_mapping

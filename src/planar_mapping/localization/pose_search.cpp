@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/localization/pose_search.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/localization/odometry/motion_refinement.h"
+#include "planar_mapping/localization/pose_evidence.h"
+#include "planar_mapping/localization/view_alignment.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr int kMinInliers = 8;  // of three that fix a pose
+// Errors that neighbouring measurements share.
+constexpr double kSharedDepthError = 0.005;  // of the median depth
+constexpr double kSharedTurn = 0.002;        // radians
+constexpr double kLeastPrior = -3.0;         // motions do change suddenly
+constexpr double kConfident = 3.0;           // log odds (20 : 1): nothing else is looked for
+constexpr double kAlike = 0.5;               // log odds that do not tell
+constexpr std::size_t kRefinedStarts = 3;
+constexpr double kSameTurn = 5.0 * kRadiansPerDegree;  // optima nearer than this are one,
+constexpr double kSameShift = 0.1;                     // and this, of the depth
+
+class PoseSearch {
+ public:
+  PoseSearch(const LocalMap& map, const View& now, const ExpectedPose& expected, int frame_gap)
+      : map_(map), now_(now), expected_(expected), frame_gap_(frame_gap) {
+    depth_ = now.median_depth > 0.0 ? now.median_depth : map[0].view->median_depth;
+    params_.min_matches = kMinInliers;
+    params_.min_inliers = kMinInliers;
+    params_.min_inlier_fraction = 0.0;
+    params_.max_translation_error = 0.1 * std::max(1.0, depth_);
+  }
+
+  std::optional<PoseCandidate> run() {
+    const std::vector<FeaturePair> pairs = matchFeatures(map_, now_);
+    const MotionEstimate motion = estimate(pairs, &expected_.T_now_map);
+    if (motion.found()) consider(motion.T_now_before);
+    if (!best_ || best_->evidence.log_odds < kConfident) searchBySurfaces();
+    return best_;
+  }
+
+ private:
+  MotionEstimate estimate(const std::vector<FeaturePair>& pairs, const Pose* guess) {
+    Random random(Random::kDefaultSeed);
+    return estimateMotion(featureMatches(map_, now_, pairs), now_.camera, params_, random, guess);
+  }
+
+  /// Many starts on the coarse level, the best of them on the fine one.
+  void searchBySurfaces() {
+    struct Optimum {
+      Pose T_now_map;
+      double score;
+    };
+    std::vector<Pose> starts = {expected_.T_now_map, Pose::Identity()};
+    if (best_) starts.push_back(best_->T_now_map);
+    for (const Pose& start : startsAround(expected_.T_now_map, depth_)) starts.push_back(start);
+    std::vector<Optimum> optima;
+    for (const Pose& start : starts) {
+      const Pose found = alignViews(map_, now_, start, true).T_now_map;
+      const bool known = std::any_of(optima.begin(), optima.end(), [&](const Optimum& other) {
+        const Vector6 off = motionDifference(other.T_now_map, found);
+        return off.tail<3>().norm() < kSameTurn && off.head<3>().norm() < kSameShift * depth_;
+      });
+      if (known) continue;
+      PoseEvidence evidence;
+      weighCells(map_, now_, found, evidence);
+      optima.push_back({found, logOdds(evidence, false) + priorOf(found)});
+    }
+    std::stable_sort(optima.begin(), optima.end(),
+                     [](const Optimum& a, const Optimum& b) { return a.score > b.score; });
+    for (std::size_t i = 0; i < std::min(kRefinedStarts, optima.size()); ++i)
+      consider(optima[i].T_now_map);
+  }
+
+  /// Keeps the pose, refined, if it is likelier than the best so far.
+  void consider(const Pose& start) {
+    std::optional<PoseCandidate> candidate = refined(start);
+    if (!candidate) return;
+    if (!best_ || candidate->evidence.log_odds > best_->evidence.log_odds)
+      best_ = std::move(candidate);
+  }
+
+  std::optional<PoseCandidate> refined(const Pose& start) {
+    const Alignment aligned = alignViews(map_, now_, start, false);
+    Matrix6 information = aligned.information;
+    PoseCandidate by_surfaces = weighed(aligned.T_now_map);
+    const GuidedPairs guided = guidedPairs(map_, now_, start);
+    const MotionEstimate motion = estimate(guided.pairs, &start);
+    PoseCandidate result = by_surfaces;
+    if (motion.found()) {
+      PoseCandidate by_features = weighed(motion.T_now_before);
+      const Matrix6 of_features = inverseOf(motion.covariance * distinctness(guided.pairs));
+      const Matrix6 both = aligned.information + of_features;
+      const Vector6 step = Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(both).solve(
+          aligned.information * motionDifference(motion.T_now_before, aligned.T_now_map));
+      PoseCandidate mean = weighed(motionStep(step) * motion.T_now_before);
+      result = std::move(mean);
+      information = both;
+      if (by_features.evidence.log_odds > result.evidence.log_odds + kAlike) {
+        result = std::move(by_features);
+        information = of_features;
+      }
+      if (by_surfaces.evidence.log_odds > result.evidence.log_odds + kAlike) {
+        result = std::move(by_surfaces);
+        information = aligned.information;
+      }
+    }
+    Vector6 shared;
+    shared << Vector3::Constant(std::pow(kSharedDepthError * depth_, 2)),
+        Vector3::Constant(kSharedTurn * kSharedTurn);
+    Matrix6 covariance = inverseOf(information);
+    if (!covariance.allFinite()) return std::nullopt;
+    covariance.diagonal() += shared;
+    result.covariance = covariance;
+    return result;
+  }
+
+  static Matrix6 inverseOf(const Matrix6& m) {
+    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(m);
+    const Matrix6 inverse = solver.solve(Eigen::Matrix<double, 6, 6>::Identity());
+    return 0.5 * (inverse + inverse.transpose());
+  }
+
+  /// Pairs over features of the frame in them: several views of the map have the same feature.
+  static double distinctness(const std::vector<FeaturePair>& pairs) {
+    std::vector<std::size_t> now;
+    for (const FeaturePair& pair : pairs) now.push_back(pair.now);
+    std::sort(now.begin(), now.end());
+    const auto distinct = std::unique(now.begin(), now.end()) - now.begin();
+    return static_cast<double>(pairs.size()) / static_cast<double>(distinct);
+  }
+
+  PoseCandidate weighed(const Pose& T_now_map) const {
+    PoseCandidate candidate;
+    candidate.T_now_map = T_now_map;
+    PoseEvidence& evidence = candidate.evidence;
+    weighCells(map_, now_, T_now_map, evidence);
+    const GuidedPairs guided = guidedPairs(map_, now_, T_now_map);
+    const std::vector<FeatureMatch> matches = featureMatches(map_, now_, guided.pairs);
+    const double gate = params_.inlier_sigmas * params_.inlier_sigmas;
+    std::vector<std::uint8_t> is_inlier(matches.size(), 0);
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (squaredError(matches[i], now_.camera, T_now_map) > gate) continue;
+      is_inlier[i] = 1;
+      ++evidence.inliers;
+    }
+    evidence.expected = std::max(guided.expected.size(), evidence.inliers);
+    Random random(Random::kDefaultSeed);
+    evidence.off_plane = offPlane(matches, is_inlier, random);
+    candidate.by_features = evidence.inliers >= static_cast<std::size_t>(kMinInliers);
+    evidence.log_odds = logOdds(evidence, candidate.by_features) + priorOf(T_now_map);
+    if (!candidate.by_features) evidence.log_odds -= frame_gap_ - 1;
+    return candidate;
+  }
+
+  double priorOf(const Pose& T_now_map) const {
+    if (!(expected_.translation_sigma > 0.0)) return 0.0;
+    const Vector6 off = motionDifference(expected_.T_now_map, T_now_map);
+    const double t = off.head<3>().norm() / expected_.translation_sigma;
+    const double r = off.tail<3>().norm() / expected_.rotation_sigma;
+    return std::max(kLeastPrior, -0.5 * (t * t + r * r));
+  }
+
+  const LocalMap& map_;
+  const View& now_;
+  const ExpectedPose& expected_;
+  int frame_gap_;
+  double depth_ = 1.0;
+  MotionParams params_;
+  std::optional<PoseCandidate> best_;
+};
+
+}  // namespace
+
+std::optional<PoseCandidate> searchPose(const LocalMap& map, const View& now,
+                                        const ExpectedPose& expected, int frame_gap) {
+  if (map.empty()) return std::nullopt;
+  return PoseSearch(map, now, expected, frame_gap).run();
+}
+
+}  // namespace planar_mapping::detail
