@@ -11,6 +11,7 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/localization/pose_evidence.h"
 #include "planar_mapping/localization/pose_search.h"
 #include "planar_mapping/stereo/cv_image.h"
 
@@ -63,11 +64,13 @@ class Localizer::Impl {
   std::size_t submaps() const { return submaps_; }
 
  private:
+  /// A keyframe, or the last frame.
   struct Key {
     detail::View view;
     Pose T_submap_camera = Pose::Identity();
     std::size_t submap = 0;
     std::size_t frame = 0;
+    bool is_keyframe = true;
     Pose truth = Pose::Identity();
   };
 
@@ -87,9 +90,17 @@ class Localizer::Impl {
     }
     constexpr std::size_t kTried = 2;
     submaps.resize(std::min(submaps.size(), kTried));
+    bool placed = false;
     for (const std::size_t submap : submaps) {
-      if (placeIn(submap, view, result)) return result;
+      Localization here;
+      if (!placeIn(submap, view, here)) continue;
+      if (!placed || here.evidence.log_odds > result.evidence.log_odds) result = here;
+      placed = true;
+      const auto frames = std::count_if(keys_.begin(), keys_.end(),
+                                        [&](const Key& key) { return key.submap == submap; });
+      if (frames > 1) break;  // one that begins need not go on
     }
+    if (placed) return result;
     result = Localization();
     result.submap = submaps_++;
     result.begins_submap = true;
@@ -133,7 +144,13 @@ class Localizer::Impl {
     A.topRightCorner<3, 3>() = crossMatrix(result.T_submap_camera.translation()) * R;
     const Matrix6 turned = A * found->covariance * A.transpose();
     result.covariance = 0.5 * (turned + turned.transpose());
-    result.is_keyframe = found->evidence.overlap < params_.keyframe_overlap;
+    result.is_keyframe = true;
+    for (std::size_t k = 0; k < map.size(); ++k) {
+      if (!nearest[k]->is_keyframe) continue;
+      PoseEvidence beside;
+      detail::weighCells({map[k]}, view, found->T_now_map, beside);
+      if (beside.overlap >= params_.keyframe_overlap) result.is_keyframe = false;
+    }
     return true;
   }
 
@@ -181,10 +198,10 @@ class Localizer::Impl {
     if (has_step_) T_before_now_ = last_.T_submap_camera.inverse() * result.T_submap_camera;
     last_ = result;
     static_cast<void>(frame);
-    if (result.is_keyframe) {
-      keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_, debug_truth_});
-      if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());
-    }
+    if (!keys_.empty() && !keys_.back().is_keyframe) keys_.pop_back();
+    keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_,
+                     result.is_keyframe, debug_truth_});
+    if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());
     ++frames_;
   }
 

@@ -144,15 +144,28 @@ class PoseSearch {
     const std::vector<FeatureMatch> matches = featureMatches(map_, now_, guided.pairs);
     const double gate = params_.inlier_sigmas * params_.inlier_sigmas;
     std::vector<std::uint8_t> is_inlier(matches.size(), 0);
+    std::vector<std::size_t> inliers(map_.size(), 0), expected(map_.size(), 0);
+    for (const FeaturePair& pair : guided.expected) ++expected[pair.view];
     for (std::size_t i = 0; i < matches.size(); ++i) {
       if (squaredError(matches[i], now_.camera, T_now_map) > gate) continue;
       is_inlier[i] = 1;
-      ++evidence.inliers;
+      ++inliers[guided.pairs[i].view];
     }
-    evidence.expected = std::max(guided.expected.size(), evidence.inliers);
+    // Views farther away see less of the same: the one that agrees best tells.
+    double most = -1.0;
+    std::size_t all = 0;
+    for (std::size_t k = 0; k < map_.size(); ++k) {
+      constexpr double kFew = 10.0;  // features that say little by themselves
+      all += inliers[k];
+      const double ratio = static_cast<double>(inliers[k]) / (static_cast<double>(expected[k]) + kFew);
+      if (ratio <= most) continue;
+      most = ratio;
+      evidence.inliers = inliers[k];
+      evidence.expected = std::max(expected[k], inliers[k]);
+    }
     Random random(Random::kDefaultSeed);
     evidence.off_plane = offPlane(matches, is_inlier, random);
-    candidate.by_features = evidence.inliers >= static_cast<std::size_t>(kMinInliers);
+    candidate.by_features = all >= static_cast<std::size_t>(kMinInliers);
     evidence.log_odds = logOdds(evidence, candidate.by_features) + priorOf(T_now_map);
     if (!candidate.by_features) evidence.log_odds -= frame_gap_ - 1;
     return candidate;

@@ -169,14 +169,14 @@ View makeView(const LocalizerFrame& frame, const SensorNoise& noise) {
 void addFeatures(const LocalizerFrame& frame, const SensorNoise& noise, View& view) {
   const cv::Mat gray = matOf(frame.gray);
   std::vector<cv::KeyPoint> found;
-  const auto sift = cv::SIFT::create(0, 3, kSiftContrast);
+  const auto sift = cv::SIFT::create(0, 3, std::getenv("SC") ? atof(std::getenv("SC")) : kSiftContrast);
   sift->detect(gray, found);
   std::vector<Detection> detections;
   detections.reserve(found.size());
   for (const cv::KeyPoint& point : found)
     detections.push_back({point.pt.x, point.pt.y, point.response});
   std::vector<cv::KeyPoint> chosen;
-  for (const std::size_t i : spreadEvenly(detections, view.width, view.height, kFeatures))
+  for (const std::size_t i : spreadEvenly(detections, view.width, view.height, std::getenv("NF") ? atoi(std::getenv("NF")) : kFeatures))
     chosen.push_back(found[i]);
   cv::Mat rows;
   sift->compute(gray, chosen, rows);
