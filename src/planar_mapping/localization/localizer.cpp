@@ -54,7 +54,7 @@ class Localizer::Impl {
       throw InputError("the cloud of a frame has to be as large as its image");
     const detail::OpenCvThreads one(1);
     detail::View view = detail::makeView(frame, params_.noise);
-    detail::addFeatures(frame, params_.noise, view);
+    detail::addFeatures(view);
     debug_truth_ = frame.prior.value_or(Pose::Identity());
     Localization result = place(view);
     remember(std::move(view), frame, result);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
 
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/features/feature_detection.h"
@@ -50,18 +51,16 @@ void normaliseGray(const cv::Mat& gray, double sigma, ViewCells& cells) {
 }
 
 /// Median inverse depth of the pixels of a cell that are measured.
-void measureCell(const PointsView& cloud, const SensorNoise& noise, int first_column, int first_row,
-                 int side, ViewCell& cell) {
+void measureCell(const cv::Mat& inverse_depth, const SensorNoise& noise, int first_column,
+                 int first_row, int side, ViewCell& cell) {
   constexpr int kMostSamples = 4;  // a side
   const int step = std::max(1, side / kMostSamples);
   std::array<float, 64> depths{};
   std::size_t count = 0;
-  for (int v = first_row + step / 2; v < std::min<int>(first_row + side, int(cloud.height));
-       v += step) {
-    for (int u = first_column + step / 2; u < std::min<int>(first_column + side, int(cloud.width));
-         u += step) {
-      const float z = cloud[static_cast<std::size_t>(v) * cloud.width + std::size_t(u)][2];
-      if (z > 0.0F && std::isfinite(z) && count < depths.size()) depths[count++] = 1.0F / z;
+  for (int v = first_row + step / 2; v < first_row + side; v += step) {
+    const float* row = inverse_depth.ptr<float>(v);
+    for (int u = first_column + step / 2; u < first_column + side; u += step) {
+      if (row[u] > 0.0F && count < depths.size()) depths[count++] = row[u];
     }
   }
   if (3 * count < static_cast<std::size_t>((side / step) * (side / step))) return;
@@ -96,20 +95,19 @@ void addNormals(ViewCells& cells) {
   }
 }
 
-ViewCells cellsOf(const LocalizerFrame& frame, const cv::Mat& gray, const SensorNoise& noise,
-                  int side) {
+ViewCells cellsOf(const View& view, const PinholeCamera& camera, const cv::Mat& gray, int side) {
   ViewCells cells;
   cells.side = side;
-  cells.across = frame.gray.width / side;
-  cells.down = frame.gray.height / side;
+  cells.across = view.width / side;
+  cells.down = view.height / side;
   cells.cells.resize(static_cast<std::size_t>(cells.across * cells.down));
-  normaliseGray(gray(cv::Rect(0, 0, cells.across * side, cells.down * side)), noise.gray, cells);
+  normaliseGray(gray(cv::Rect(0, 0, cells.across * side, cells.down * side)), view.noise.gray, cells);
   for (int row = 0; row < cells.down; ++row) {
     for (int column = 0; column < cells.across; ++column) {
       ViewCell& cell = cells.cells[static_cast<std::size_t>(row * cells.across + column)];
-      measureCell(frame.cloud, noise, column * side, row * side, side, cell);
+      measureCell(view.inverse_depth, view.noise, column * side, row * side, side, cell);
       if (!cell.hasDepth()) continue;
-      const Vector3 ray = frame.camera.rayOf((column + 0.5) * side - 0.5, (row + 0.5) * side - 0.5);
+      const Vector3 ray = camera.rayOf((column + 0.5) * side - 0.5, (row + 0.5) * side - 0.5);
       cell.point = ray.cast<float>() / cell.inverse_depth;
     }
   }
@@ -119,19 +117,17 @@ ViewCells cellsOf(const LocalizerFrame& frame, const cv::Mat& gray, const Sensor
 
 }  // namespace
 
-DepthThere depthAt(const PointsView& cloud, double column, double row, const SensorNoise& noise) {
+DepthThere depthAt(const View& view, double column, double row) {
   constexpr int kRadius = 2;  // pixels
   constexpr std::size_t kLeast = 5;
-  std::array<double, (2 * kRadius + 1) * (2 * kRadius + 1)> around{};
+  std::array<float, (2 * kRadius + 1) * (2 * kRadius + 1)> around{};
   std::size_t count = 0;
   const auto x = static_cast<int>(std::lround(column));
   const auto y = static_cast<int>(std::lround(row));
-  for (int v = std::max(0, y - kRadius); v <= std::min<int>(int(cloud.height) - 1, y + kRadius);
-       ++v) {
-    for (int u = std::max(0, x - kRadius); u <= std::min<int>(int(cloud.width) - 1, x + kRadius);
-         ++u) {
-      const float z = cloud[static_cast<std::size_t>(v) * cloud.width + std::size_t(u)][2];
-      if (z > 0.0F && std::isfinite(z)) around[count++] = 1.0 / double{z};
+  for (int v = std::max(0, y - kRadius); v <= std::min(view.height - 1, y + kRadius); ++v) {
+    const float* row_there = view.inverse_depth.ptr<float>(v);
+    for (int u = std::max(0, x - kRadius); u <= std::min(view.width - 1, x + kRadius); ++u) {
+      if (row_there[u] > 0.0F) around[count++] = row_there[u];
     }
   }
   DepthThere there;
@@ -139,9 +135,10 @@ DepthThere depthAt(const PointsView& cloud, double column, double row, const Sen
   const auto end = around.begin() + static_cast<std::ptrdiff_t>(count);
   const double median = medianOf(around.begin(), end);
   const auto [least, most] = std::minmax_element(around.begin(), end);
-  if (*most - *least > 2.0 * kSameSurface * median) return there;
+  const double spread = 0.5 * double{*most - *least};
+  if (spread > kSameSurface * median) return there;
   there.inverse_depth = median;
-  there.sigma = std::hypot(noise.depthSigma(median), 0.5 * (*most - *least));
+  there.sigma = std::hypot(view.noise.depthSigma(median), spread);
   return there;
 }
 
@@ -155,10 +152,22 @@ View makeView(const LocalizerFrame& frame, const SensorNoise& noise) {
   view.width = frame.gray.width;
   view.height = frame.gray.height;
   view.timestamp = frame.timestamp;
+  view.noise = noise;
   const cv::Mat gray = matOf(frame.gray);
+  cv::buildOpticalFlowPyramid(gray, view.pyramid, cv::Size(kFlowWindow, kFlowWindow), kFlowLevels,
+                              true, cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT, false);
+  view.inverse_depth.create(view.height, view.width, CV_32F);
+  for (int row = 0; row < view.height; ++row) {
+    float* there = view.inverse_depth.ptr<float>(row);
+    for (int column = 0; column < view.width; ++column) {
+      const float z = frame.cloud[static_cast<std::size_t>(row) * frame.cloud.width +
+                                  static_cast<std::size_t>(column)][2];
+      there[column] = z > 0.0F && std::isfinite(z) ? 1.0F / z : 0.0F;
+    }
+  }
   const int side = std::max(1, static_cast<int>(std::lround(double(view.width) / kFineCells)));
-  view.fine = cellsOf(frame, gray, noise, side);
-  view.coarse = cellsOf(frame, gray, noise, 2 * side);
+  view.fine = cellsOf(view, frame.camera, gray, side);
+  view.coarse = cellsOf(view, frame.camera, gray, 2 * side);
   std::vector<float> depths;
   for (const ViewCell& cell : view.coarse.cells)
     if (cell.hasDepth()) depths.push_back(1.0F / cell.inverse_depth);
@@ -166,31 +175,26 @@ View makeView(const LocalizerFrame& frame, const SensorNoise& noise) {
   return view;
 }
 
-void addFeatures(const LocalizerFrame& frame, const SensorNoise& noise, View& view) {
-  const cv::Mat gray = matOf(frame.gray);
+void addFeatures(View& view) {
+  if (view.has_features) return;
+  view.has_features = true;
   std::vector<cv::KeyPoint> found;
-  const auto sift = cv::SIFT::create(0, 3, std::getenv("SC") ? atof(std::getenv("SC")) : kSiftContrast);
-  sift->detect(gray, found);
-  std::vector<Detection> detections;
-  detections.reserve(found.size());
-  for (const cv::KeyPoint& point : found)
-    detections.push_back({point.pt.x, point.pt.y, point.response});
-  std::vector<cv::KeyPoint> chosen;
-  for (const std::size_t i : spreadEvenly(detections, view.width, view.height, std::getenv("NF") ? atoi(std::getenv("NF")) : kFeatures))
-    chosen.push_back(found[i]);
   cv::Mat rows;
-  sift->compute(gray, chosen, rows);
+  cv::SIFT::create(kFeatures, 3, kSiftContrast)
+      ->detectAndCompute(view.pyramid[0], cv::noArray(), found, rows);
   view.features.clear();
-  view.features.reserve(chosen.size());
+  view.features.reserve(found.size());
   for (int i = 0; i < rows.rows; ++i) {
-    const cv::KeyPoint& point = chosen[static_cast<std::size_t>(i)];
+    const cv::KeyPoint& point = found[static_cast<std::size_t>(i)];
+    const double column = double{point.pt.x};
+    const double line = double{point.pt.y};
     ViewFeature feature;
-    const DepthThere there =
-        depthAt(frame.cloud, double{point.pt.x}, double{point.pt.y}, noise);
-    feature.seen = {double{point.pt.x}, double{point.pt.y}, there.inverse_depth};
-    const double sigma = std::hypot(noise.pixel, noise.pixel_per_size * double{point.size});
-    feature.variance = {sigma * sigma, sigma * sigma, there.sigma * there.sigma};
+    const DepthThere there = depthAt(view, column, line);
+    feature.seen = {column, line, there.inverse_depth};
     feature.size = point.size;
+    const double sigma =
+        std::hypot(view.noise.pixel, view.noise.pixel_per_size * double{feature.size});
+    feature.variance = {sigma * sigma, sigma * sigma, there.sigma * there.sigma};
     view.features.push_back(feature);
     float* row = rows.ptr<float>(i);
     float sum = 0.0F;

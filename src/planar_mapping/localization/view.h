@@ -58,8 +58,12 @@ struct View {
   cv::Mat descriptors;  ///< RootSIFT, a row of 128 floats of length 1 for each feature
   ViewCells fine;       ///< 4 x 4 pixels of a VGA image
   ViewCells coarse;     ///< 8 x 8
-  std::vector<cv::Mat> pyramid;  ///< for optical flow
+  std::vector<cv::Mat> pyramid;  ///< for optical flow, as cv::buildOpticalFlowPyramid() makes it
+  cv::Mat inverse_depth;         ///< of each pixel, 1/m, 0 = none; empty once nobody asks
   double median_depth = 0.0;     ///< metres; 0 = nothing measured
+
+  bool has_features = false;
+  SensorNoise noise;  ///< of its sensor
 
   bool contains(const FeatureSighting& place) const {
     return place.column >= 0.0 && place.row >= 0.0 && place.column <= width - 1 &&
@@ -67,16 +71,20 @@ struct View {
   }
 };
 
-/// Cells and pyramid of a frame, no features yet.
+/// Cells, pyramid and depths of a frame, no features yet.
 View makeView(const LocalizerFrame& frame, const SensorNoise& noise);
-/// Adds features: SIFT places with their descriptors and depth.
-void addFeatures(const LocalizerFrame& frame, const SensorNoise& noise, View& view);
+/// Finds the features, if that has not been done: SIFT places with their descriptors and depth.
+void addFeatures(View& view);
+
+/// Window of optical flow, pixels a side, and levels above the image.
+constexpr int kFlowWindow = 15;
+constexpr int kFlowLevels = 2;
 
 /// Inverse depth around a pixel and its sigma.
 struct DepthThere {
   double inverse_depth = 0.0;  ///< 0 = nothing measured, or more than one surface
   double sigma = 0.0;
 };
-DepthThere depthAt(const PointsView& cloud, double column, double row, const SensorNoise& noise);
+DepthThere depthAt(const View& view, double column, double row);
 
 }  // namespace planar_mapping::detail
