@@ -54,7 +54,6 @@ class Localizer::Impl {
       throw InputError("the cloud of a frame has to be as large as its image");
     const detail::OpenCvThreads one(1);
     detail::View view = detail::makeView(frame, params_.noise);
-    detail::addFeatures(view);
     debug_truth_ = frame.prior.value_or(Pose::Identity());
     Localization result = place(view);
     remember(std::move(view), frame, result);
@@ -81,7 +80,7 @@ class Localizer::Impl {
   static constexpr double kFreeShift = 0.1;  // metres
   static constexpr double kFreeTurn = 0.2;   // radians
 
-  Localization place(const detail::View& view) {
+  Localization place(detail::View& view) {
     Localization result;
     std::vector<std::size_t> submaps;  // the newest first
     for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
@@ -108,13 +107,15 @@ class Localizer::Impl {
     return result;
   }
 
-  bool placeIn(std::size_t submap, const detail::View& view, Localization& result) const {
+  bool placeIn(std::size_t submap, detail::View& view, Localization& result) {
     const Pose T_submap_expected = expectedIn(submap, view.timestamp);
-    const std::vector<const Key*> nearest = nearestKeys(submap, T_submap_expected);
-    detail::LocalMap map;
+    const std::vector<Key*> nearest = nearestKeys(submap, T_submap_expected);
     const Pose T_submap_map = nearest[0]->T_submap_camera;
-    for (const Key* key : nearest)
+    detail::LocalMap map, keyframes;
+    for (const Key* key : nearest) {
       map.push_back({&key->view, T_submap_map.inverse() * key->T_submap_camera});
+      if (key->view.has_features) keyframes.push_back(map.back());
+    }
     detail::ExpectedPose expected;
     expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
     if (last_.submap == submap && has_step_) {
@@ -124,7 +125,13 @@ class Localizer::Impl {
       expected.rotation_sigma = kVelocityChange * turn + kFreeTurn;
     }
     const int gap = static_cast<int>(frames_ - nearest[0]->frame);
-    const auto found = detail::searchPose(map, view, expected, gap);
+    std::optional<detail::PoseCandidate> found;
+    if (last_.submap == submap) found = detail::trackPose(keyframes, view, expected);
+    if (!found) {
+      for (Key* key : nearest) detail::addFeatures(key->view);
+      detail::addFeatures(view);
+      found = detail::searchPose(map, view, expected, gap);
+    }
     if (!found || found->evidence.log_odds < params_.min_log_odds) {
       if (std::getenv("LOC_DEBUG") && found)
         std::fprintf(stderr, "  refused (%.2f m %.1f deg off): in %zu of %zu off %zu agree %.2f thr %.3f ov %.2f zncc %.2f odds %.2f\n",
@@ -176,8 +183,8 @@ class Localizer::Impl {
   }
 
   /// The latest keyframe of a submap, and those nearest to a pose.
-  std::vector<const Key*> nearestKeys(std::size_t submap, const Pose& T_submap_camera) const {
-    std::vector<const Key*> keys;
+  std::vector<Key*> nearestKeys(std::size_t submap, const Pose& T_submap_camera) {
+    std::vector<Key*> keys;
     for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
       if (key->submap == submap) keys.push_back(&*key);
     }
@@ -199,6 +206,7 @@ class Localizer::Impl {
     last_ = result;
     static_cast<void>(frame);
     if (!keys_.empty() && !keys_.back().is_keyframe) keys_.pop_back();
+    if (result.is_keyframe) detail::addFeatures(view);
     keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_,
                      result.is_keyframe, debug_truth_});
     if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());

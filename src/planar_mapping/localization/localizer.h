@@ -51,7 +51,7 @@ struct PoseEvidence {
   double seen_through = 0.0;  ///< fraction that lies where the other saw through, the worse
   double overlap = 0.0;       ///< fraction of the cells that the other sees, the worse
   double correlation = 0.0;   ///< of gray values freed of local mean and contrast
-  double rival = 0.0;         ///< how much speaks for another pose, of what speaks for this
+  double rival = 0.0;         ///< odds of other poses that were found, over those of this one
   double log_odds = 0.0;      ///< natural logarithm of right over wrong, of all this together
 
   double seenAgain() const {

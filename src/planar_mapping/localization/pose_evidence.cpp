@@ -153,7 +153,7 @@ double logOdds(const PoseEvidence& evidence, bool by_features) {
           : -2.0;
   return start + 7.07 * evidence.seenAgain() -
          1.57 * std::log(std::max(evidence.seen_through, 0.005) / 0.05) +
-         2.05 * evidence.correlation - 4.51 * evidence.rival;
+         2.05 * evidence.correlation;
 }
 
 }  // namespace planar_mapping::detail

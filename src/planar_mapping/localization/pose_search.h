@@ -23,6 +23,11 @@ struct PoseCandidate {
   bool by_features = false;
 };
 
+/// The pose near the expected one, by optical flow and surfaces: fast. None where it is not certain
+/// (odds of 20 : 1). The frame needs no features.
+std::optional<PoseCandidate> trackPose(const LocalMap& map, const View& now,
+                                       const ExpectedPose& expected);
+
 /// The likeliest pose that features and surfaces suggest; none where nothing suggests any.
 /// \param frame_gap  frames between the frame and the nearest view of the map, 1 = neighbours
 std::optional<PoseCandidate> searchPose(const LocalMap& map, const View& now,

@@ -78,15 +78,16 @@ void addCell(const ViewCell& cell, const Vector3& q, const View& now, const View
 
 }  // namespace
 
-Alignment alignViews(const LocalMap& map, const View& now, const Pose& start, bool coarse) {
+Alignment alignViews(const LocalMap& map, const View& now, const Pose& start, AlignLevel level) {
+  const bool coarse = level != AlignLevel::Refine;
   Alignment result;
   result.T_now_map = start;
   const ViewCells& cells = coarse ? now.coarse : now.fine;
-  const int rounds = coarse ? kCoarseRounds : kFineRounds;
+  const int rounds = level == AlignLevel::Search ? kCoarseRounds : kFineRounds;
   // Half of the cells, in a chequered pattern.
   for (int round = 0; round < rounds; ++round) {
     const double width =
-        coarse ? kWidest * std::pow(kNarrowest / kWidest, double(round) / (rounds - 1)) : kNarrowest;
+        level != AlignLevel::Refine ? kWidest * std::pow(kNarrowest / kWidest, double(round) / (rounds - 1)) : kNarrowest;
     Sums sums;
     for (const PlacedView& placed : map) {
       const Pose T = result.T_now_map * placed.T_map_view;
@@ -112,7 +113,8 @@ Alignment alignViews(const LocalMap& map, const View& now, const Pose& start, bo
     const Vector6 step = Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(H).solve(sums.g);
     if (!step.allFinite()) break;
     result.T_now_map = motionStep(step) * result.T_now_map;
-    if (step.head<3>().norm() < 1e-4 && step.tail<3>().norm() < 1e-4 && round > rounds / 2) break;
+    if (step.head<3>().norm() < 1e-4 && step.tail<3>().norm() < 1e-4 &&
+        (round > rounds / 2 || level == AlignLevel::Refine)) break;
   }
   result.T_now_map.linear() =
       Eigen::Quaterniond(Matrix3(result.T_now_map.linear())).normalized().toRotationMatrix();

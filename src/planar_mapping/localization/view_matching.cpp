@@ -118,6 +118,17 @@ bool isHidden(const View& view, const FeatureSighting& place) {
 
 }  // namespace
 
+bool isExpected(const View& before, const ViewFeature& feature, const View& now,
+                const Pose& T_now_view, FeatureSighting& place) {
+  if (!feature.hasDepth()) return false;
+  const Vector3 point = T_now_view * backProject(before.camera, feature.seen);
+  if (point.z() <= 0.0) return false;
+  place = project(now.camera, point);
+  if (!now.contains(place) || isHidden(now, place)) return false;
+  const double scale = place.inverse_depth / feature.seen.inverse_depth;
+  return scale < kSizeRatio && scale > 1.0 / kSizeRatio;
+}
+
 std::vector<FeaturePair> matchFeatures(const LocalMap& map, const View& now) {
   std::vector<FeaturePair> pairs;
   for (std::size_t k = 0; k < map.size(); ++k) addMutual(k, *map[k].view, now, pairs);
@@ -132,13 +143,9 @@ GuidedPairs guidedPairs(const LocalMap& map, const View& now, const Pose& T_now_
     const Pose T_now_view = T_now_map * map[k].T_map_view;
     for (std::size_t i = 0; i < before.features.size(); ++i) {
       const ViewFeature& feature = before.features[i];
-      if (!feature.hasDepth()) continue;
-      const Vector3 point = T_now_view * backProject(before.camera, feature.seen);
-      if (point.z() <= 0.0) continue;
-      const FeatureSighting place = project(now.camera, point);
-      if (!now.contains(place) || isHidden(now, place)) continue;
-      const double scale = place.inverse_depth / feature.seen.inverse_depth;
-      if (scale < kSizeRatio && scale > 1.0 / kSizeRatio) guided.expected.push_back({k, i, 0});
+      FeatureSighting place;
+      if (!isExpected(before, feature, now, T_now_view, place)) continue;
+      guided.expected.push_back({k, i, 0});
       const auto row = rowsOf(before.descriptors).row(static_cast<Eigen::Index>(i));
       float most = kGuidedCosine;
       std::size_t best = now.features.size();
@@ -154,19 +161,23 @@ GuidedPairs guidedPairs(const LocalMap& map, const View& now, const Pose& T_now_
   return guided;
 }
 
+FeatureMatch mapSide(const PlacedView& placed, const ViewFeature& feature) {
+  const Matrix3 R = placed.T_map_view.linear();
+  FeatureMatch match;
+  match.before = placed.T_map_view * backProject(placed.view->camera, feature.seen);
+  match.covariance =
+      R * positionCovariance(placed.view->camera, feature.seen, feature.variance) * R.transpose();
+  return match;
+}
+
 std::vector<FeatureMatch> featureMatches(const LocalMap& map, const View& now,
                                          const std::vector<FeaturePair>& pairs) {
   std::vector<FeatureMatch> matches;
   matches.reserve(pairs.size());
   for (const FeaturePair& pair : pairs) {
     const PlacedView& placed = map[pair.view];
-    const ViewFeature& before = placed.view->features[pair.before];
     const ViewFeature& seen = now.features[pair.now];
-    const Matrix3 R = placed.T_map_view.linear();
-    FeatureMatch match;
-    match.before = placed.T_map_view * backProject(placed.view->camera, before.seen);
-    match.covariance =
-        R * positionCovariance(placed.view->camera, before.seen, before.variance) * R.transpose();
+    FeatureMatch match = mapSide(placed, placed.view->features[pair.before]);
     match.now = seen.seen;
     match.now_variance = seen.variance;
     matches.push_back(match);

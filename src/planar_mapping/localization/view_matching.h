@@ -36,6 +36,13 @@ struct GuidedPairs {
 };
 GuidedPairs guidedPairs(const LocalMap& map, const View& now, const Pose& T_now_map);
 
+/// Whether a feature of a view should be seen again: inside the image, not hidden, of about the
+/// same size. \param place  where
+bool isExpected(const View& before, const ViewFeature& feature, const View& now,
+                const Pose& T_now_view, FeatureSighting& place);
+
+/// A match of a feature of the map, without what is seen now.
+FeatureMatch mapSide(const PlacedView& placed, const ViewFeature& feature);
 std::vector<FeatureMatch> featureMatches(const LocalMap& map, const View& now,
                                          const std::vector<FeaturePair>& pairs);
 
