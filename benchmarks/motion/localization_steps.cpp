@@ -101,7 +101,6 @@ Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration
                              static_cast<std::uint32_t>(input.gray.height), 3);
     frame.camera = calibration.camera;
     frame.timestamp = input.timestamp;
-    if (std::getenv("LOC_DEBUG")) frame.prior = input.truth;
     const std::clock_t start = std::clock();
     const Localization found = localizer.locate(frame);
     const double ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
@@ -131,7 +130,11 @@ Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration
                     e.log_odds, ms, found.is_keyframe ? " key" : "");
       }
     } else if (verbose) {
-      std::printf("  %zu begins submap %zu\n", frames, found.submap);
+      const PoseEvidence& e = found.evidence;
+      std::printf("  %zu begins submap %zu in %zu of %zu off %zu agree %.2f thr %.3f ov %.2f zncc "
+                  "%.2f rival %.2f odds %.2f\n",
+                  frames, found.submap, e.inliers, e.expected, e.off_plane, e.agreement,
+                  e.seen_through, e.overlap, e.correlation, e.rival, e.log_odds);
     }
     placed.push_back({frames, found, input.truth});
     ++frames;

@@ -3,9 +3,8 @@
 #include "planar_mapping/localization/localizer.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <cmath>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -54,8 +53,7 @@ class Localizer::Impl {
       throw InputError("the cloud of a frame has to be as large as its image");
     const detail::OpenCvThreads one(1);
     detail::View view = detail::makeView(frame, params_.noise);
-    debug_truth_ = frame.prior.value_or(Pose::Identity());
-    Localization result = place(view);
+    Localization result = place(view, frame);
     remember(std::move(view), frame, result);
     return result;
   }
@@ -70,7 +68,15 @@ class Localizer::Impl {
     std::size_t submap = 0;
     std::size_t frame = 0;
     bool is_keyframe = true;
-    Pose truth = Pose::Identity();
+  };
+
+  /// How the camera moved last in a submap.
+  struct Track {
+    Pose T_submap_camera = Pose::Identity();
+    Pose T_before_now = Pose::Identity();
+    bool has_step = false;
+    std::size_t frame = 0;
+    std::optional<Pose> prior;  ///< of that frame
   };
 
   static constexpr std::size_t kMapKeys = 3;    // keyframes of a local map
@@ -80,7 +86,7 @@ class Localizer::Impl {
   static constexpr double kFreeShift = 0.1;  // metres
   static constexpr double kFreeTurn = 0.2;   // radians
 
-  Localization place(detail::View& view) {
+  Localization place(detail::View& view, const LocalizerFrame& frame) {
     Localization result;
     std::vector<std::size_t> submaps;  // the newest first
     for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
@@ -92,23 +98,29 @@ class Localizer::Impl {
     bool placed = false;
     for (const std::size_t submap : submaps) {
       Localization here;
-      if (!placeIn(submap, view, here)) continue;
-      if (!placed || here.evidence.log_odds > result.evidence.log_odds) result = here;
-      placed = true;
+      const bool found = placeIn(submap, view, frame, here);
+      if (found > placed ||
+          (found == placed && (submap == submaps[0] ||
+                               here.evidence.log_odds > result.evidence.log_odds)))
+        result = here;
+      placed = placed || found;
       const auto frames = std::count_if(keys_.begin(), keys_.end(),
                                         [&](const Key& key) { return key.submap == submap; });
-      if (frames > 1) break;  // one that begins need not go on
+      if (found && frames > 1) break;  // one that begins need not go on
     }
     if (placed) return result;
-    result = Localization();
     result.submap = submaps_++;
     result.begins_submap = true;
     result.is_keyframe = true;
     return result;
   }
 
-  bool placeIn(std::size_t submap, detail::View& view, Localization& result) {
-    const Pose T_submap_expected = expectedIn(submap, view.timestamp);
+  bool placeIn(std::size_t submap, detail::View& view, const LocalizerFrame& frame,
+               Localization& result) {
+    const Track& track = tracks_.at(submap);
+    const auto gap = static_cast<double>(frames_ - track.frame);
+    detail::ExpectedPose expected;
+    const Pose T_submap_expected = expectedPose(track, frame, gap, expected);
     const std::vector<Key*> nearest = nearestKeys(submap, T_submap_expected);
     const Pose T_submap_map = nearest[0]->T_submap_camera;
     detail::LocalMap map, keyframes;
@@ -116,29 +128,16 @@ class Localizer::Impl {
       map.push_back({&key->view, T_submap_map.inverse() * key->T_submap_camera});
       if (key->view.has_features) keyframes.push_back(map.back());
     }
-    detail::ExpectedPose expected;
     expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
-    if (last_.submap == submap && has_step_) {
-      const double shift = T_before_now_.translation().norm();
-      const double turn = rotationAngle(T_before_now_.linear());
-      expected.translation_sigma = kVelocityChange * shift + kFreeShift;
-      expected.rotation_sigma = kVelocityChange * turn + kFreeTurn;
-    }
-    const int gap = static_cast<int>(frames_ - nearest[0]->frame);
     std::optional<detail::PoseCandidate> found;
-    if (last_.submap == submap) found = detail::trackPose(keyframes, view, expected);
+    if (track.frame + 1 == frames_) found = detail::trackPose(keyframes, view, expected);
     if (!found) {
       for (Key* key : nearest) detail::addFeatures(key->view);
       detail::addFeatures(view);
-      found = detail::searchPose(map, view, expected, gap);
+      found = detail::searchPose(map, view, expected, static_cast<int>(gap));
     }
     if (!found || found->evidence.log_odds < params_.min_log_odds) {
-      if (std::getenv("LOC_DEBUG") && found)
-        std::fprintf(stderr, "  refused (%.2f m %.1f deg off): in %zu of %zu off %zu agree %.2f thr %.3f ov %.2f zncc %.2f odds %.2f\n",
-                     debugOff(T_submap_map * found->T_now_map.inverse(), submap).first, debugOff(T_submap_map * found->T_now_map.inverse(), submap).second,
-                     found->evidence.inliers, found->evidence.expected, found->evidence.off_plane,
-                     found->evidence.agreement, found->evidence.seen_through,
-                     found->evidence.overlap, found->evidence.correlation, found->evidence.log_odds);
+      if (found) result.evidence = found->evidence;
       return false;
     }
     result.submap = submap;
@@ -161,25 +160,22 @@ class Localizer::Impl {
     return true;
   }
 
-  mutable Pose debug_truth_ = Pose::Identity();
-  std::pair<double, double> debugOff(const Pose& T, std::size_t submap) const {
-    const Key* key = nullptr;
-    for (const Key& k : keys_) if (k.submap == submap) key = &k;
-    const Pose step = key->T_submap_camera.inverse() * T;
-    const Pose off = (key->truth.inverse() * debug_truth_).inverse() * step;
-    return {off.translation().norm(), rotationAngle(off.linear()) / kRadiansPerDegree};
-  }
-
-  /// By the motion before.
-  Pose expectedIn(std::size_t submap, double timestamp) const {
-    if (last_.submap == submap) {
-      if (!has_step_) return last_.T_submap_camera;
-      static_cast<void>(timestamp);
-      return last_.T_submap_camera * T_before_now_;
+  /// By the motion before, or by the steps of given poses.
+  Pose expectedPose(const Track& track, const LocalizerFrame& frame, double gap,
+                    detail::ExpectedPose& expected) const {
+    if (frame.prior && track.prior) {
+      const Vector6 variance = frame.prior_covariance.diagonal();
+      expected.translation_sigma = std::sqrt(variance.head<3>().maxCoeff() * gap);
+      expected.rotation_sigma = std::sqrt(variance.tail<3>().maxCoeff() * gap);
+      return track.T_submap_camera * (track.prior->inverse() * *frame.prior);
     }
-    const auto key = std::find_if(keys_.rbegin(), keys_.rend(),
-                                  [&](const Key& k) { return k.submap == submap; });
-    return key->T_submap_camera;
+    if (!track.has_step) return track.T_submap_camera;
+    const Vector6 step = motionDifference(Pose::Identity(), track.T_before_now);
+    expected.translation_sigma = gap * (kVelocityChange * step.head<3>().norm() + kFreeShift);
+    expected.rotation_sigma = gap * (kVelocityChange * step.tail<3>().norm() + kFreeTurn);
+    Pose moved = track.T_submap_camera;
+    for (int i = 0; i < static_cast<int>(gap); ++i) moved = moved * track.T_before_now;
+    return moved;
   }
 
   /// The latest keyframe of a submap, and those nearest to a pose.
@@ -201,14 +197,15 @@ class Localizer::Impl {
   }
 
   void remember(detail::View&& view, const LocalizerFrame& frame, const Localization& result) {
-    has_step_ = frames_ > 0 && !result.begins_submap && last_.submap == result.submap;
-    if (has_step_) T_before_now_ = last_.T_submap_camera.inverse() * result.T_submap_camera;
-    last_ = result;
-    static_cast<void>(frame);
+    Track& track = tracks_[result.submap];
+    track.has_step = !result.begins_submap && track.frame + 1 == frames_;
+    if (track.has_step) track.T_before_now = track.T_submap_camera.inverse() * result.T_submap_camera;
+    track.T_submap_camera = result.T_submap_camera;
+    track.frame = frames_;
+    track.prior = frame.prior;
     if (!keys_.empty() && !keys_.back().is_keyframe) keys_.pop_back();
     if (result.is_keyframe) detail::addFeatures(view);
-    keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_,
-                     result.is_keyframe, debug_truth_});
+    keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_, result.is_keyframe});
     if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());
     ++frames_;
   }
@@ -217,9 +214,7 @@ class Localizer::Impl {
   std::vector<Key> keys_;
   std::size_t submaps_ = 0;
   std::size_t frames_ = 0;
-  Localization last_;
-  bool has_step_ = false;
-  Pose T_before_now_ = Pose::Identity();
+  std::map<std::size_t, Track> tracks_;  ///< by submap
 };
 
 Localizer::Localizer(const LocalizerParams& params) : impl_(std::make_unique<Impl>(params)) {}

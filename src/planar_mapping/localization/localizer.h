@@ -67,7 +67,7 @@ struct Localization {
   Pose T_submap_camera = Pose::Identity();
   /// Of T_submap_camera, see Matrix6; zero for the first of a submap.
   Matrix6 covariance = Matrix6::Zero();
-  PoseEvidence evidence;
+  PoseEvidence evidence;  ///< of a frame that begins a submap: of the likeliest link, refused
 };
 
 /// Parameters of Localizer; all [ours].
