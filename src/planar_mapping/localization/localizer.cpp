@@ -24,7 +24,8 @@ SensorNoise SensorNoise::ofPair(double focal_length, double baseline, double dis
 }
 
 double SensorNoise::depthSigma(double rho) const {
-  return std::hypot(inverse_depth, relative * rho);
+  const double of_rho = relative * rho;
+  return std::sqrt(inverse_depth * inverse_depth + of_rho * of_rho);
 }
 
 void SensorNoise::validate() const {
@@ -204,7 +205,10 @@ class Localizer::Impl {
     track.frame = frames_;
     track.prior = frame.prior;
     if (!keys_.empty() && !keys_.back().is_keyframe) keys_.pop_back();
-    if (result.is_keyframe) detail::addFeatures(view);
+    if (result.is_keyframe) {
+      detail::addFeatures(view);
+      view.inverse_depth.release();
+    }
     keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_, result.is_keyframe});
     if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());
     ++frames_;

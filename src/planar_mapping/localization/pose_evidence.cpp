@@ -71,7 +71,7 @@ CellComparison compare(const View& from, const View& to, const Pose& T_to_from) 
           if (!there.hasDepth()) continue;
           const double off = double{there.inverse_depth} - place.inverse_depth;
           const double tolerance =
-              kAgreeSigmas * std::hypot(double{there.sigma}, double{cell.sigma}) +
+              kAgreeSigmas * std::sqrt(double{there.sigma * there.sigma + cell.sigma * cell.sigma}) +
               kAgreeFraction * place.inverse_depth;
           any = true;
           agrees = agrees || std::abs(off) <= tolerance;

@@ -68,8 +68,8 @@ void measureCell(const cv::Mat& inverse_depth, const SensorNoise& noise, int fir
   cell.inverse_depth = static_cast<float>(medianOf(depths.begin(), end));
   const auto [least, most] = std::minmax_element(depths.begin(), end);
   const double spread = std::min(0.5 * (*most - *least), kSameSurface * double{cell.inverse_depth});
-  cell.sigma = static_cast<float>(
-      std::hypot(noise.depthSigma(double{cell.inverse_depth}), 0.5 * spread));
+  const double sigma = noise.depthSigma(double{cell.inverse_depth});
+  cell.sigma = static_cast<float>(std::sqrt(sigma * sigma + 0.25 * spread * spread));
 }
 
 void addNormals(ViewCells& cells) {

@@ -21,15 +21,28 @@ constexpr double kLeastSurfaceSigma = 0.003;  // metres: a cell is no plane
 constexpr double kErrorsTogether = 20.0;      // neighbouring cells err together
 constexpr double kNearest = 0.05;             // metres
 
+/// Normal equations, lower triangle row by row.
 struct Sums {
-  Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> g = Eigen::Matrix<double, 6, 1>::Zero();
-  int count = 0;
+  std::array<double, 21> H{};
+  std::array<double, 6> g{};
 
-  void add(const Eigen::Matrix<double, 6, 1>& J, double residual, double weight) {
-    H.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
-    g.noalias() -= J * (weight * residual);
+  void add(const std::array<double, 6>& J, double residual, double weight) {
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double weighted = weight * J[i];
+      for (std::size_t j = 0; j <= i; ++j) H[k++] += weighted * J[j];
+      g[i] -= weighted * residual;
+    }
   }
+  Matrix6 hessian() const {
+    Matrix6 full;
+    std::size_t k = 0;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j <= i; ++j) full(i, j) = full(j, i) = H[k++];
+    }
+    return full;
+  }
+  Vector6 gradient() const { return Vector6(g.data()); }
 };
 
 /// A cell of the map in the frame of the view: both residuals.
@@ -42,22 +55,24 @@ void addCell(const ViewCell& cell, const Vector3& q, const View& now, const View
   if (!(column >= 1.0 && row >= 1.0 && column < cells.across - 2 && row < cells.down - 2)) return;
   const ViewCell& there =
       cells.at(static_cast<int>(column + 0.5), static_cast<int>(row + 0.5));
-  const auto weightOf = [&](double residual, double sigma) {
-    const double ratio = residual / (sigma * width);
-    return 1.0 / (sigma * sigma * (1.0 + ratio * ratio));
+  // Cauchy's weight: 1 / (variance (1 + residual^2 / (variance width^2))).
+  const double narrow = 1.0 / (width * width);
+  const auto weightOf = [&](double residual, double variance) {
+    return 1.0 / (variance + residual * residual * narrow);
   };
-  Eigen::Matrix<double, 6, 1> J;
   if (there.hasDepth() && there.hasNormal()) {
     const Vector3 normal = there.normal.cast<double>();
     const double residual = normal.dot(q - there.point.cast<double>());
     if (std::abs(residual) > kReach * q.z()) return;
     const double incidence = std::abs(normal.dot(q)) * w;
     const double z = q.z();
-    const double sigma = std::hypot(
-        std::hypot(double{there.sigma}, double{cell.sigma}) * z * z * incidence, kLeastSurfaceSigma);
-    J << normal, q.cross(normal);
-    sums.add(J, residual, weightOf(residual, sigma));
-    ++sums.count;
+    const double along = z * z * incidence;
+    const double variance =
+        double{there.sigma * there.sigma + cell.sigma * cell.sigma} * along * along +
+        kLeastSurfaceSigma * kLeastSurfaceSigma;
+    const Vector3 turn = q.cross(normal);
+    sums.add({normal.x(), normal.y(), normal.z(), turn.x(), turn.y(), turn.z()}, residual,
+             weightOf(residual, variance));
   }
   const int x = static_cast<int>(column);
   const int y = static_cast<int>(row);
@@ -69,11 +84,13 @@ void addCell(const ViewCell& cell, const Vector3& q, const View& now, const View
   const double gx = ((1 - b) * (g10 - g00) + b * (g11 - g01)) / cells.side;
   const double gy = ((1 - a) * (g01 - g00) + a * (g11 - g10)) / cells.side;
   const double residual = value - double{cell.gray};
-  const double sigma = std::hypot(double{there.gray_sigma}, double{cell.gray_sigma});
+  const double variance =
+      double{there.gray_sigma * there.gray_sigma + cell.gray_sigma * cell.gray_sigma};
   const Vector3 gradient(gx * now.camera.fx * w, gy * now.camera.fy * w,
                          -(gx * now.camera.fx * q.x() + gy * now.camera.fy * q.y()) * w * w);
-  J << gradient, q.cross(gradient);
-  sums.add(J, residual, weightOf(residual, sigma));
+  const Vector3 turn = q.cross(gradient);
+  sums.add({gradient.x(), gradient.y(), gradient.z(), turn.x(), turn.y(), turn.z()}, residual,
+           weightOf(residual, variance));
 }
 
 }  // namespace
@@ -102,7 +119,7 @@ Alignment alignViews(const LocalMap& map, const View& now, const Pose& start, Al
         }
       }
     }
-    Matrix6 H = sums.H.selfadjointView<Eigen::Lower>();
+    Matrix6 H = sums.hessian();
     result.information = H / (kErrorsTogether * static_cast<double>(map.size()));
     // What surfaces leave open stays as it was.
     const double trace_t = H.topLeftCorner<3, 3>().trace();
@@ -110,7 +127,7 @@ Alignment alignViews(const LocalMap& map, const View& now, const Pose& start, Al
     if (!(trace_t > 0.0) || !(trace_r > 0.0)) break;
     H.diagonal().head<3>().array() += 1e-6 * trace_t;
     H.diagonal().tail<3>().array() += 1e-6 * trace_r;
-    const Vector6 step = Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(H).solve(sums.g);
+    const Vector6 step = Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(H).solve(sums.gradient());
     if (!step.allFinite()) break;
     result.T_now_map = motionStep(step) * result.T_now_map;
     if (step.head<3>().norm() < 1e-4 && step.tail<3>().norm() < 1e-4 &&
