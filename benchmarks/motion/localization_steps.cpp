@@ -114,27 +114,28 @@ Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration
       const Pose step = before.found.T_submap_camera.inverse() * found.T_submap_camera;
       const double metres = (true_step.inverse() * step).translation().norm();
       const double turn = rotationAngle((true_step.inverse() * step).linear());
-      const bool right = turn <= 5.0 * kRadiansPerDegree &&
-                         metres <= 0.1 + 0.05 * true_step.translation().norm();
+      const bool right =
+          turn <= 5.0 * kRadiansPerDegree && metres <= 0.1 + 0.05 * true_step.translation().norm();
       ++(right ? row.right : row.wrong);
       row.step_rms += metres * metres;
       row.turn_rms += turn * turn;
       if (verbose) {
         const PoseEvidence& e = found.evidence;
-        std::printf("  %zu->%zu %s %.3f m %.2f deg (of %.2f m %.1f deg) in %zu of %zu off %zu agree "
-                    "%.2f thr %.3f ov %.2f zncc %.2f rival %.2f odds %.2f %.0f ms%s\n",
-                    before.frame, frames, right ? "right" : "WRONG", metres,
-                    turn / kRadiansPerDegree, true_step.translation().norm(),
-                    rotationAngle(true_step.linear()) / kRadiansPerDegree, e.inliers, e.expected,
-                    e.off_plane, e.agreement, e.seen_through, e.overlap, e.correlation, e.rival,
-                    e.log_odds, ms, found.is_keyframe ? " key" : "");
+        std::printf(
+            "  %zu->%zu %s %.3f m %.2f deg (of %.2f m %.1f deg) in %zu of %zu off %zu agree "
+            "%.2f thr %.3f ov %.2f zncc %.2f rival %.2f odds %.2f %.0f ms%s\n",
+            before.frame, frames, right ? "right" : "WRONG", metres, turn / kRadiansPerDegree,
+            true_step.translation().norm(), rotationAngle(true_step.linear()) / kRadiansPerDegree,
+            e.inliers, e.expected, e.off_plane, e.agreement, e.seen_through, e.overlap,
+            e.correlation, e.rival, e.log_odds, ms, found.is_keyframe ? " key" : "");
       }
     } else if (verbose) {
       const PoseEvidence& e = found.evidence;
-      std::printf("  %zu begins submap %zu in %zu of %zu off %zu agree %.2f thr %.3f ov %.2f zncc "
-                  "%.2f rival %.2f odds %.2f\n",
-                  frames, found.submap, e.inliers, e.expected, e.off_plane, e.agreement,
-                  e.seen_through, e.overlap, e.correlation, e.rival, e.log_odds);
+      std::printf(
+          "  %zu begins submap %zu in %zu of %zu off %zu agree %.2f thr %.3f ov %.2f zncc "
+          "%.2f rival %.2f odds %.2f\n",
+          frames, found.submap, e.inliers, e.expected, e.off_plane, e.agreement, e.seen_through,
+          e.overlap, e.correlation, e.rival, e.log_odds);
     }
     placed.push_back({frames, found, input.truth});
     ++frames;
@@ -196,10 +197,11 @@ int main(int argc, char** argv) {
       std::size_t folder_right = 0, folder_steps = 0, folder_wrong = 0;
       for (const std::size_t every : options.every) {
         const Row row = measure(inputs, *sequence.calibration(), every, options.verbose);
-        std::printf("%-24s %5zu %5zu %5zu %5zu %7zu %7zu %5zu %8.1f %7.2f %7.1f %7.2f %6.1f %6.1f\n",
-                    name.c_str(), every, row.steps, row.right, row.wrong, row.right_in_largest,
-                    row.submaps, row.keyframes, 1e3 * row.step_rms, row.turn_rms, 1e3 * row.ate,
-                    row.drift, row.ms, row.most_ms);
+        std::printf(
+            "%-24s %5zu %5zu %5zu %5zu %7zu %7zu %5zu %8.1f %7.2f %7.1f %7.2f %6.1f %6.1f\n",
+            name.c_str(), every, row.steps, row.right, row.wrong, row.right_in_largest, row.submaps,
+            row.keyframes, 1e3 * row.step_rms, row.turn_rms, 1e3 * row.ate, row.drift, row.ms,
+            row.most_ms);
         std::fflush(stdout);
         folder_steps += row.steps;
         folder_right += row.right;

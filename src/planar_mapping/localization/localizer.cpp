@@ -101,8 +101,8 @@ class Localizer::Impl {
       Localization here;
       const bool found = placeIn(submap, view, frame, here);
       if (found > placed ||
-          (found == placed && (submap == submaps[0] ||
-                               here.evidence.log_odds > result.evidence.log_odds)))
+          (found == placed &&
+           (submap == submaps[0] || here.evidence.log_odds > result.evidence.log_odds)))
         result = here;
       placed = placed || found;
       const auto frames = std::count_if(keys_.begin(), keys_.end(),
@@ -144,6 +144,7 @@ class Localizer::Impl {
     result.submap = submap;
     result.T_submap_camera = T_submap_map * found->T_now_map.inverse();
     result.evidence = found->evidence;
+    result.covariance_in_camera = found->covariance;
     Matrix6 A = Matrix6::Zero();
     const Matrix3 R = result.T_submap_camera.linear();
     A.topLeftCorner<3, 3>() = R;
@@ -200,7 +201,8 @@ class Localizer::Impl {
   void remember(detail::View&& view, const LocalizerFrame& frame, const Localization& result) {
     Track& track = tracks_[result.submap];
     track.has_step = !result.begins_submap && track.frame + 1 == frames_;
-    if (track.has_step) track.T_before_now = track.T_submap_camera.inverse() * result.T_submap_camera;
+    if (track.has_step)
+      track.T_before_now = track.T_submap_camera.inverse() * result.T_submap_camera;
     track.T_submap_camera = result.T_submap_camera;
     track.frame = frames_;
     track.prior = frame.prior;
@@ -209,7 +211,8 @@ class Localizer::Impl {
       detail::addFeatures(view);
       view.inverse_depth.release();
     }
-    keys_.push_back({std::move(view), result.T_submap_camera, result.submap, frames_, result.is_keyframe});
+    keys_.push_back(
+        {std::move(view), result.T_submap_camera, result.submap, frames_, result.is_keyframe});
     if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());
     ++frames_;
   }

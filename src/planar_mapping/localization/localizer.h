@@ -17,8 +17,8 @@ namespace planar_mapping {
 
 /// Standard deviations of what a sensor measures; all [ours].
 struct PLANAR_MAPPING_EXPORT SensorNoise {
-  double pixel = 0.5;           ///< of a feature's column and row, pixels
-  double pixel_per_size = 0.1;  ///< of its diameter, added to that
+  double pixel = 0.5;            ///< of a feature's column and row, pixels
+  double pixel_per_size = 0.1;   ///< of its diameter, added to that
   double inverse_depth = 0.003;  ///< 1/m
   double relative = 0.005;       ///< of inverse depth: scale, interpolation
   double gray = 8.0;             ///< of the mean of a cell, gray levels: light, aliasing
@@ -47,7 +47,7 @@ struct PoseEvidence {
   std::size_t inliers = 0;    ///< features that agree with it
   std::size_t expected = 0;   ///< that should be seen from there
   std::size_t off_plane = 0;  ///< inliers beside the plane that holds most of them
-  double agreement = 0.0;     ///< fraction of the depths both see that agree, the worse of both ways
+  double agreement = 0.0;  ///< fraction of the depths both see that agree, the worse of both ways
   double seen_through = 0.0;  ///< fraction that lies where the other saw through, the worse
   double overlap = 0.0;       ///< fraction of the cells that the other sees, the worse
   double correlation = 0.0;   ///< of gray values freed of local mean and contrast
@@ -67,6 +67,8 @@ struct Localization {
   Pose T_submap_camera = Pose::Identity();
   /// Of T_submap_camera, see Matrix6; zero for the first of a submap.
   Matrix6 covariance = Matrix6::Zero();
+  /// The same error seen from the camera: of T_camera_submap, see Matrix6.
+  Matrix6 covariance_in_camera = Matrix6::Zero();
   PoseEvidence evidence;  ///< of a frame that begins a submap: of the likeliest link, refused
 };
 

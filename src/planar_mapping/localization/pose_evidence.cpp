@@ -9,7 +9,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr double kAgreeSigmas = 3.0;
-constexpr double kNever = -20.0;  // log odds
+constexpr double kNever = -20.0;         // log odds
 constexpr double kAgreeFraction = 0.01;  // of the depth
 
 /// One way between two views.
@@ -71,7 +71,8 @@ CellComparison compare(const View& from, const View& to, const Pose& T_to_from) 
           if (!there.hasDepth()) continue;
           const double off = double{there.inverse_depth} - place.inverse_depth;
           const double tolerance =
-              kAgreeSigmas * std::sqrt(double{there.sigma * there.sigma + cell.sigma * cell.sigma}) +
+              kAgreeSigmas *
+                  std::sqrt(double{there.sigma * there.sigma + cell.sigma * cell.sigma}) +
               kAgreeFraction * place.inverse_depth;
           any = true;
           agrees = agrees || std::abs(off) <= tolerance;

@@ -47,10 +47,8 @@ class PoseSearch {
     const MotionEstimate motion =
         estimateMotion(tracked.matches, now_.camera, params_, random, &start);
     if (!motion.found()) return std::nullopt;
-    const Alignment aligned =
-        alignViews(map_, now_, motion.T_now_before, AlignLevel::Refine);
-    const Matrix6 of_features =
-        inverseOf(motion.covariance * static_cast<double>(map_.size()));
+    const Alignment aligned = alignViews(map_, now_, motion.T_now_before, AlignLevel::Refine);
+    const Matrix6 of_features = inverseOf(motion.covariance * static_cast<double>(map_.size()));
     const Matrix6 both = aligned.information + of_features;
     PoseCandidate result;
     result.T_now_map = meanOf(motion.T_now_before, of_features, aligned);
@@ -117,9 +115,8 @@ class PoseSearch {
     for (const Pose& start : starts) {
       const Pose found = alignViews(map_, now_, start, AlignLevel::Search).T_now_map;
       const bool known =
-          std::any_of(candidates_.begin(), candidates_.end(), [&](const PoseCandidate& other) {
-            return isSame(other.T_now_map, found);
-          });
+          std::any_of(candidates_.begin(), candidates_.end(),
+                      [&](const PoseCandidate& other) { return isSame(other.T_now_map, found); });
       if (!known) consider(found);
     }
   }

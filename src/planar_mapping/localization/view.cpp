@@ -15,10 +15,10 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kFineCells = 160;      // across an image
-constexpr int kContrastWindow = 11;  // cells whose mean and contrast are taken away
+constexpr int kFineCells = 160;       // across an image
+constexpr int kContrastWindow = 11;   // cells whose mean and contrast are taken away
 constexpr float kMinContrast = 4.0F;  // gray levels: what is less is noise
-constexpr int kFeatures = 1000;      // at most, spread over the image
+constexpr int kFeatures = 1000;       // at most, spread over the image
 constexpr double kSiftContrast = 0.01;
 // Inverse depths of one surface lie within so much of each other, of their median.
 constexpr double kSameSurface = 0.1;
@@ -101,7 +101,8 @@ ViewCells cellsOf(const View& view, const PinholeCamera& camera, const cv::Mat& 
   cells.across = view.width / side;
   cells.down = view.height / side;
   cells.cells.resize(static_cast<std::size_t>(cells.across * cells.down));
-  normaliseGray(gray(cv::Rect(0, 0, cells.across * side, cells.down * side)), view.noise.gray, cells);
+  normaliseGray(gray(cv::Rect(0, 0, cells.across * side, cells.down * side)), view.noise.gray,
+                cells);
   for (int row = 0; row < cells.down; ++row) {
     for (int column = 0; column < cells.across; ++column) {
       ViewCell& cell = cells.cells[static_cast<std::size_t>(row * cells.across + column)];

@@ -23,12 +23,12 @@ struct ViewFeature {
 
 /// A cell of the image: a piece of surface.
 struct ViewCell {
-  float inverse_depth = 0.0F;  ///< median, 1/m; 0 = nothing measured
-  float sigma = 0.0F;          ///< of it
+  float inverse_depth = 0.0F;                        ///< median, 1/m; 0 = nothing measured
+  float sigma = 0.0F;                                ///< of it
   Eigen::Vector3f point = Eigen::Vector3f::Zero();   ///< its middle, camera frame, metres
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< to the camera; zero = not known
-  float gray = 0.0F;           ///< free of local mean and contrast
-  float gray_sigma = 1.0F;     ///< of it
+  float gray = 0.0F;                                 ///< free of local mean and contrast
+  float gray_sigma = 1.0F;                           ///< of it
 
   bool hasDepth() const { return inverse_depth > 0.0F; }
   bool hasNormal() const { return !normal.isZero(0.0F); }
@@ -55,9 +55,9 @@ struct View {
   int height = 0;  ///< pixels
   double timestamp = 0.0;
   std::vector<ViewFeature> features;
-  cv::Mat descriptors;  ///< RootSIFT, a row of 128 floats of length 1 for each feature
-  ViewCells fine;       ///< 4 x 4 pixels of a VGA image
-  ViewCells coarse;     ///< 8 x 8
+  cv::Mat descriptors;           ///< RootSIFT, a row of 128 floats of length 1 for each feature
+  ViewCells fine;                ///< 4 x 4 pixels of a VGA image
+  ViewCells coarse;              ///< 8 x 8
   std::vector<cv::Mat> pyramid;  ///< for optical flow, as cv::buildOpticalFlowPyramid() makes it
   cv::Mat inverse_depth;         ///< of each pixel, 1/m, 0 = none; empty once nobody asks
   double median_depth = 0.0;     ///< metres; 0 = nothing measured

@@ -3,8 +3,8 @@
 #include "planar_mapping/localization/view_alignment.h"
 
 #include <Eigen/Cholesky>
-#include <array>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "planar_mapping/geometry/angles.h"
@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kCoarseRounds = 15;
 constexpr int kFineRounds = 8;
-constexpr double kWidest = 10.0;   // sigmas: width of the Cauchy weight in the first round,
+constexpr double kWidest = 10.0;    // sigmas: width of the Cauchy weight in the first round,
 constexpr double kNarrowest = 2.0;  // and in the last
 constexpr double kReach = 0.15;     // of the depth: what is farther off is another surface
 constexpr double kLeastSurfaceSigma = 0.003;  // metres: a cell is no plane
@@ -53,8 +53,7 @@ void addCell(const ViewCell& cell, const Vector3& q, const View& now, const View
   const double column = cells.placeOf(now.camera.fx * q.x() * w + now.camera.cx);
   const double row = cells.placeOf(now.camera.fy * q.y() * w + now.camera.cy);
   if (!(column >= 1.0 && row >= 1.0 && column < cells.across - 2 && row < cells.down - 2)) return;
-  const ViewCell& there =
-      cells.at(static_cast<int>(column + 0.5), static_cast<int>(row + 0.5));
+  const ViewCell& there = cells.at(static_cast<int>(column + 0.5), static_cast<int>(row + 0.5));
   // Cauchy's weight: 1 / (variance (1 + residual^2 / (variance width^2))).
   const double narrow = 1.0 / (width * width);
   const auto weightOf = [&](double residual, double variance) {
@@ -104,7 +103,9 @@ Alignment alignViews(const LocalMap& map, const View& now, const Pose& start, Al
   // Half of the cells, in a chequered pattern.
   for (int round = 0; round < rounds; ++round) {
     const double width =
-        level != AlignLevel::Refine ? kWidest * std::pow(kNarrowest / kWidest, double(round) / (rounds - 1)) : kNarrowest;
+        level != AlignLevel::Refine
+            ? kWidest * std::pow(kNarrowest / kWidest, double(round) / (rounds - 1))
+            : kNarrowest;
     Sums sums;
     for (const PlacedView& placed : map) {
       const Pose T = result.T_now_map * placed.T_map_view;
@@ -131,7 +132,8 @@ Alignment alignViews(const LocalMap& map, const View& now, const Pose& start, Al
     if (!step.allFinite()) break;
     result.T_now_map = motionStep(step) * result.T_now_map;
     if (step.head<3>().norm() < 1e-4 && step.tail<3>().norm() < 1e-4 &&
-        (round > rounds / 2 || level == AlignLevel::Refine)) break;
+        (round > rounds / 2 || level == AlignLevel::Refine))
+      break;
   }
   result.T_now_map.linear() =
       Eigen::Quaterniond(Matrix3(result.T_now_map.linear())).normalized().toRotationMatrix();

@@ -36,9 +36,7 @@ struct Nearest {
       second = cosine;
     }
   }
-  bool isDistinct() const {
-    return 2.0F - 2.0F * most < kRatio * kRatio * (2.0F - 2.0F * second);
-  }
+  bool isDistinct() const { return 2.0F - 2.0F * most < kRatio * kRatio * (2.0F - 2.0F * second); }
 };
 
 void addMutual(std::size_t number, const View& before, const View& now,
@@ -87,7 +85,8 @@ class FeatureGrid {
       for (int u = std::max(0, x - 1); u <= std::min(across_ - 1, x + 1); ++u) {
         for (const std::size_t i : cells_[cellOf(u, v)]) {
           const FeatureSighting& seen = view_.features[i].seen;
-          if (std::hypot(seen.column - place.column, seen.row - place.row) <= kGuidedRadius) call(i);
+          if (std::hypot(seen.column - place.column, seen.row - place.row) <= kGuidedRadius)
+            call(i);
         }
       }
     }
@@ -106,8 +105,8 @@ class FeatureGrid {
 /// Whether the view measures something nearer at a place.
 bool isHidden(const View& view, const FeatureSighting& place) {
   const ViewCells& cells = view.coarse;
-  const int x = std::clamp(static_cast<int>(std::lround(cells.placeOf(place.column))), 0,
-                           cells.across - 1);
+  const int x =
+      std::clamp(static_cast<int>(std::lround(cells.placeOf(place.column))), 0, cells.across - 1);
   const int y =
       std::clamp(static_cast<int>(std::lround(cells.placeOf(place.row))), 0, cells.down - 1);
   const ViewCell& cell = cells.at(x, y);

@@ -10,10 +10,10 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::size_t kPerView = 150;     // features: what fixes a pose well, in a few milliseconds
-constexpr int kPatch = 9;                 // pixels a side, compared afterwards
-constexpr double kMinCorrelation = 0.8;   // of the patches of one place
-constexpr double kFlowReach = 8.0;        // pixels from where it should be
+constexpr std::size_t kPerView = 150;    // features: what fixes a pose well, in a few milliseconds
+constexpr int kPatch = 9;                // pixels a side, compared afterwards
+constexpr double kMinCorrelation = 0.8;  // of the patches of one place
+constexpr double kFlowReach = 8.0;       // pixels from where it should be
 constexpr int kFlowIterations = 10;
 
 /// Correlation of the gray values around two places.
@@ -67,11 +67,11 @@ TrackedFeatures trackFeatures(const LocalMap& map, const View& now, const Pose& 
     if (origins.empty()) continue;
     std::vector<cv::Point2f> found = start;
     std::vector<std::uint8_t> status;
-    cv::calcOpticalFlowPyrLK(before.pyramid, now.pyramid, from, found, status, cv::noArray(),
-                             cv::Size(kFlowWindow, kFlowWindow), kFlowLevels,
-                             cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS,
-                                              kFlowIterations, 0.03),
-                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    cv::calcOpticalFlowPyrLK(
+        before.pyramid, now.pyramid, from, found, status, cv::noArray(),
+        cv::Size(kFlowWindow, kFlowWindow), kFlowLevels,
+        cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kFlowIterations, 0.03),
+        cv::OPTFLOW_USE_INITIAL_FLOW);
     std::vector<FeaturePair> pairs;
     for (std::size_t i = 0; i < origins.size(); ++i) {
       if (status[i] == 0 || cv::norm(found[i] - start[i]) > kFlowReach) continue;

@@ -100,8 +100,7 @@ TEST(Localizer, DarkFramesAndThoseWithoutDepthBeginSubmapsAndHarmNothing) {
   std::fill(dark.seen.xyz.begin(), dark.seen.xyz.end(), 0.0F);
   EXPECT_TRUE(localizer.locate(dark.frame).begins_submap);
   Shot blind(stepAt(1));
-  std::fill(blind.seen.xyz.begin(), blind.seen.xyz.end(),
-            std::numeric_limits<float>::quiet_NaN());
+  std::fill(blind.seen.xyz.begin(), blind.seen.xyz.end(), std::numeric_limits<float>::quiet_NaN());
   EXPECT_TRUE(localizer.locate(blind.frame).begins_submap);
 }
 
