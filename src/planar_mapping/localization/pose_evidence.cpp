@@ -95,6 +95,13 @@ CellComparison compare(const View& from, const View& to, const Pose& T_to_from) 
   return sum;
 }
 
+/// What features and surfaces have in common.
+double overlapLogOdds(double seen_again, double seen_through) {
+  constexpr double kUsual = 0.05;   // of right poses is seen through
+  constexpr double kLeast = 0.005;  // less says nothing more
+  return 7.07 * seen_again - 1.57 * std::log(std::max(seen_through, kLeast) / kUsual);
+}
+
 }  // namespace
 
 std::size_t offPlane(const std::vector<FeatureMatch>& matches,
@@ -141,6 +148,11 @@ void weighCells(const LocalMap& map, const View& now, const Pose& T_now_map,
   evidence.correlation = std::min(forward.correlation(), back.correlation());
 }
 
+double featureLogOdds(std::size_t off_plane, double seen_again, double seen_through) {
+  return -4.76 + 0.79 * std::min(3.0, std::log1p(static_cast<double>(off_plane))) +
+         overlapLogOdds(seen_again, seen_through);
+}
+
 double logOdds(const PoseEvidence& evidence, bool by_features) {
   // Surfaces of any room agree in a few places.
   constexpr double kMinOverlap = 0.3;
@@ -150,13 +162,13 @@ double logOdds(const PoseEvidence& evidence, bool by_features) {
   constexpr double kChanceCorrelation = 0.2;
   if (evidence.correlation < (by_features ? kChanceCorrelation : kMinCorrelation)) return kNever;
   if (!by_features && evidence.overlap < kMinOverlap) return kNever;
-  const double start =
-      by_features
-          ? -4.76 + 0.79 * std::min(3.0, std::log1p(static_cast<double>(evidence.off_plane)))
-          : -2.0;
-  return start + 7.07 * evidence.seenAgain() -
-         1.57 * std::log(std::max(evidence.seen_through, 0.005) / 0.05) +
-         2.05 * evidence.correlation;
+  constexpr double kCorrelationWeight = 2.05;
+  const double gray = kCorrelationWeight * evidence.correlation;
+  constexpr double kBySurfaces = -2.0;  // where nothing else is known
+  const double rest =
+      by_features ? featureLogOdds(evidence.off_plane, evidence.seenAgain(), evidence.seen_through)
+                  : kBySurfaces + overlapLogOdds(evidence.seenAgain(), evidence.seen_through);
+  return rest + gray;
 }
 
 }  // namespace planar_mapping::detail

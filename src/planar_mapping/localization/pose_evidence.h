@@ -19,8 +19,12 @@ std::size_t offPlane(const std::vector<FeatureMatch>& matches,
 void weighCells(const LocalMap& map, const View& now, const Pose& T_now_map,
                 PoseEvidence& evidence);
 
-/// How much likelier a pose is right than wrong (natural logarithm), without what was expected
-/// beforehand. \param by_features  else by surfaces alone
+/// How much likelier a pose is right than wrong (natural logarithm) by features and by what lies
+/// where the other view saw through. The weights were fitted to links with known motion.
+double featureLogOdds(std::size_t off_plane, double seen_again, double seen_through);
+
+/// The same with gray values, without what was expected beforehand. \param by_features  else by
+/// surfaces alone
 double logOdds(const PoseEvidence& evidence, bool by_features);
 
 }  // namespace planar_mapping::detail

@@ -11,7 +11,7 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
-#include "textured_wall.h"
+#include "tests/unit/localization/textured_wall.h"
 
 namespace planar_mapping {
 namespace {

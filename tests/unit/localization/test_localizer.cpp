@@ -12,7 +12,7 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
-#include "textured_wall.h"
+#include "tests/unit/localization/textured_wall.h"
 
 namespace planar_mapping {
 namespace {

@@ -9,7 +9,7 @@
 #include "planar_mapping/localization/pose_evidence.h"
 #include "planar_mapping/localization/view_alignment.h"
 #include "planar_mapping/localization/view_tracking.h"
-#include "textured_wall.h"
+#include "tests/unit/localization/textured_wall.h"
 
 namespace planar_mapping::detail {
 namespace {
