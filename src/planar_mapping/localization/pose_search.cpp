@@ -164,16 +164,7 @@ class PoseSearch {
     Matrix6 information = aligned.information;
     PoseCandidate by_surfaces = weighed(aligned.T_now_map);
     const GuidedPairs guided = guidedPairs(map_, now_, start);
-    MotionEstimate motion = estimate(guided.pairs, &start);
-    if (std::getenv("TRK")) {
-      const Pose near = motion.found() ? motion.T_now_before : start;
-      const TrackedFeatures tracked = trackFeatures(map_, now_, near);
-      std::vector<FeatureMatch> matches = featureMatches(map_, now_, guided.pairs);
-      if (std::getenv("TRK")[0] == '2' && tracked.matches.size() > 30) matches.clear();
-      matches.insert(matches.end(), tracked.matches.begin(), tracked.matches.end());
-      Random random(Random::kDefaultSeed);
-      motion = estimateMotion(matches, now_.camera, params_, random, &near);
-    }
+    const MotionEstimate motion = estimate(guided.pairs, &start);
     PoseCandidate result = by_surfaces;
     if (motion.found()) {
       PoseCandidate by_features = weighed(motion.T_now_before);
