@@ -10,7 +10,7 @@
 #include "frame_command.h"
 #include "planar_mapping/atlas/atlas_store.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
-#include "planar_mapping/atlas/localizer.h"
+#include "planar_mapping/atlas/atlas_localizer.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/number_text.h"
 #include "planar_mapping/base/spelling.h"
@@ -51,7 +51,7 @@ Configuration configurationOf(const LocalizeArguments& arguments) {
 }
 
 /// The place of a frame; else why there is none.
-std::optional<Place> placeOf(const LocalizeArguments& arguments, const Localizer& localizer,
+std::optional<Place> placeOf(const LocalizeArguments& arguments, const AtlasLocalizer& localizer,
                              Frame& frame, std::string& reason) {
   Pipeline(configurationOf(arguments)).prepare(frame);  // each frame alone, whatever was before it
   reason = frame.skip_reason;
@@ -129,7 +129,7 @@ void print(const Json& row) {
 
 int localize(const LocalizeArguments& arguments) {
   const AtlasData data = loadAtlas(arguments.atlas, 0);
-  const Localizer localizer(data);
+  const AtlasLocalizer localizer(data);
   SequenceSource source(configurationOf(arguments));
   Json rows = Json::array();
   std::size_t missing = 0;

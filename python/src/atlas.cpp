@@ -14,7 +14,7 @@
 #include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_store.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
-#include "planar_mapping/atlas/localizer.h"
+#include "planar_mapping/atlas/atlas_localizer.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
 
@@ -195,7 +195,7 @@ class AtlasFile {
     camera.fy = pinhole.fy;
     camera.cx = pinhole.cx;
     camera.cy = pinhole.cy;
-    if (!localizer_) localizer_ = std::make_unique<Localizer>(data_);
+    if (!localizer_) localizer_ = std::make_unique<AtlasLocalizer>(data_);
     const std::optional<Place> place = localizer_->find(makeKeyframe(gray, cloud.view(), camera));
     return place ? py::object(rowOf(*place)) : py::none();
   }
@@ -217,7 +217,7 @@ class AtlasFile {
 
   std::string path_;
   AtlasData data_;
-  std::unique_ptr<Localizer> localizer_;  ///< of data_, once a frame was asked for
+  std::unique_ptr<AtlasLocalizer> localizer_;  ///< of data_, once a frame was asked for
 };
 
 }  // namespace

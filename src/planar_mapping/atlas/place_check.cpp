@@ -10,6 +10,7 @@
 #include "planar_mapping/atlas/place_finder.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
+#include "planar_mapping/localization/pose_evidence.h"
 
 namespace planar_mapping {
 namespace {
@@ -19,7 +20,7 @@ constexpr double kSearchRadius = 12;  // pixels around where a feature is expect
 // Features are found in a reduced image.
 constexpr double kPixelError = 1.0;
 constexpr std::size_t kMinInliers = 12;
-// A link needs odds of 20 : 1, see linkLogOdds().
+// A link needs odds of 20 : 1, see featureLogOdds().
 constexpr double kMinLogOdds = 3.0;
 // Errors that features share, so that many of them do not average them out.
 constexpr double kSharedDepthError = 0.01;  // of the median depth
@@ -119,33 +120,6 @@ Pairs guidedMatches(const Keyframe& a, const Keyframe& b, const Rows& distances,
   return pairs;
 }
 
-/// Inliers that are not on the plane which holds most of them.
-std::size_t offPlane(const std::vector<FeatureMatch>& matches, const MotionEstimate& motion,
-                     Random& random) {
-  std::vector<const FeatureMatch*> points;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (motion.is_inlier[i] != 0) points.push_back(&matches[i]);
-  }
-  constexpr int kDraws = 50;
-  constexpr double kSigmas = 3.0;
-  const auto any = [&]() -> const Vector3& {
-    return points[random.below(static_cast<std::uint32_t>(points.size()))]->before;
-  };
-  std::ptrdiff_t most = 0;
-  for (int draw = 0; draw < kDraws; ++draw) {
-    const Vector3 first = any();
-    const Vector3 along = any() - first;
-    const Vector3 normal = along.cross(any() - first).normalized();
-    if (!normal.allFinite() || normal.isZero()) continue;
-    const auto on = std::count_if(points.begin(), points.end(), [&](const FeatureMatch* match) {
-      const double distance = normal.dot(match->before - first);
-      return distance * distance <= kSigmas * kSigmas * normal.dot(match->covariance * normal);
-    });
-    most = std::max(most, on);
-  }
-  return points.size() - static_cast<std::size_t>(most);
-}
-
 /// Depths of one keyframe beside what the other measured there.
 struct DepthAgreement {
   std::size_t compared = 0;
@@ -211,14 +185,6 @@ double medianDepth(const Keyframe& key) {
   return *middle;
 }
 
-/// How much likelier a link is right than wrong (natural logarithm). The weights were fitted to
-/// links of whole images with thousands of features; that of agreement is a guess.
-double linkLogOdds(std::size_t off_plane, double seen_again, double through, double agreement) {
-  return -4.76 + 0.79 * std::min(3.0, std::log1p(static_cast<double>(off_plane))) +
-         7.07 * seen_again - 1.57 * std::log(std::max(through, 0.005) / 0.05) +
-         2.05 * (agreement - 0.5);
-}
-
 }  // namespace
 
 std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
@@ -256,12 +222,15 @@ std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
   link.to_keyframe = b.id;
   link.evidence.inliers = motion.inliers;
   link.evidence.matches = matches.size();
-  link.evidence.off_plane = offPlane(matches, motion, random);
+  link.evidence.off_plane = detail::offPlane(matches, motion.is_inlier, random);
   link.evidence.agreement = std::min(forward.agreement(), back.agreement());
   link.evidence.seen_through = std::max(forward.seenThrough(), back.seenThrough());
-  link.evidence.log_odds = linkLogOdds(
-      link.evidence.off_plane, static_cast<double>(motion.inliers) / static_cast<double>(expected),
-      link.evidence.seen_through, link.evidence.agreement);
+  // The weight of agreement is a guess.
+  link.evidence.log_odds =
+      detail::featureLogOdds(link.evidence.off_plane,
+                             static_cast<double>(motion.inliers) / static_cast<double>(expected),
+                             link.evidence.seen_through) +
+      2.05 * (link.evidence.agreement - 0.5);
   if (link.evidence.log_odds < kMinLogOdds) return std::nullopt;
 
   link.T_to_from = b.T_submap_keyframe * T_b_a * a.T_submap_keyframe.inverse();

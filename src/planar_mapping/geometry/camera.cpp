@@ -45,8 +45,12 @@ Vector3 sightingVariance(const FeatureCamera& camera, double inverse_depth) {
 }
 
 Matrix3 positionCovariance(const FeatureCamera& camera, const FeatureSighting& sighting) {
+  return positionCovariance(camera, sighting, sightingVariance(camera, sighting.inverse_depth));
+}
+
+Matrix3 positionCovariance(const FeatureCamera& camera, const FeatureSighting& sighting,
+                           const Vector3& variance) {
   const double z = 1.0 / sighting.inverse_depth;
-  const Vector3 variance = sightingVariance(camera, sighting.inverse_depth);
   Matrix3 jacobian;
   const Vector3 ray((sighting.column - camera.cx) / camera.fx,
                     (sighting.row - camera.cy) / camera.fy, 1.0);

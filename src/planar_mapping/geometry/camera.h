@@ -91,6 +91,10 @@ PLANAR_MAPPING_EXPORT Vector3 sightingVariance(const FeatureCamera& camera, doub
 /// Covariance of backProject(), square metres.
 PLANAR_MAPPING_EXPORT Matrix3 positionCovariance(const FeatureCamera& camera,
                                                  const FeatureSighting& sighting);
+/// The same for other variances of the sighting, as sightingVariance() has them.
+PLANAR_MAPPING_EXPORT Matrix3 positionCovariance(const FeatureCamera& camera,
+                                                 const FeatureSighting& sighting,
+                                                 const Vector3& variance);
 
 /// The sighting in a feature; column and row follow from the position where they are not known (a
 /// feature of a cloud without image).

@@ -11,63 +11,17 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
+#include "tests/unit/localization/textured_wall.h"
 
 namespace planar_mapping {
 namespace {
 
-constexpr int kWidth = 640;
-constexpr int kHeight = 480;
-
-FeatureCamera camera() {
-  FeatureCamera camera;
-  camera.depth_error = 0.005;
-  camera.depth_error_growth = 0.003;
-  return camera;
-}
-
-Pose placed(const Vector3& position, const Vector3& turn) {
-  Vector6 step;
-  step << position, turn;
-  return motionStep(step);
-}
-
-/// Gray values that depend on the place: squares of random tone.
-std::uint8_t toneAt(double x, double y, std::uint64_t seed) {
-  const auto cell = [&](double side) {
-    const auto column = static_cast<std::int64_t>(std::floor(x / side));
-    const auto row = static_cast<std::int64_t>(std::floor(y / side));
-    Random random(seed * 7919 + static_cast<std::uint64_t>(column * 73856093 + row * 19349663));
-    random.next();
-    return random.uniform();
-  };
-  return static_cast<std::uint8_t>(255.0 *
-                                   (0.5 * cell(0.31) + 0.3 * cell(0.13) + 0.2 * cell(0.07)));
-}
-
-struct View {
-  io::Image gray{kWidth, kHeight, 1, std::vector<std::uint8_t>(kWidth* kHeight)};
-  std::vector<float> xyz = std::vector<float>(3 * kWidth * kHeight);
-  PointsView cloud() const { return PointsView(xyz.data(), kWidth, kHeight, 3); }
-};
-
-/// A wall at 3 m with a step of one metre towards the camera, seen from a place.
-View viewFrom(const Pose& T_world_camera, std::uint64_t seed) {
-  View view;
-  const Pose T_camera_world = T_world_camera.inverse();
-  for (int row = 0; row < kHeight; ++row) {
-    for (int column = 0; column < kWidth; ++column) {
-      const Vector3 ray = T_world_camera.linear() * Vector3((column - camera().cx) / camera().fx,
-                                                            (row - camera().cy) / camera().fy, 1.0);
-      const Vector3 from = T_world_camera.translation();
-      Vector3 point = from + ray * ((2.0 - from.z()) / ray.z());
-      if (point.x() > 0.2) point = from + ray * ((3.0 - from.z()) / ray.z());
-      const auto i = static_cast<std::size_t>(row * kWidth + column);
-      view.gray.pixels[i] = toneAt(point.x() + point.z(), point.y(), seed);
-      Eigen::Map<Eigen::Vector3f>(view.xyz.data() + 3 * i) = (T_camera_world * point).cast<float>();
-    }
-  }
-  return view;
-}
+using textured_wall::camera;
+using textured_wall::kHeight;
+using textured_wall::kWidth;
+using textured_wall::placed;
+using textured_wall::View;
+using textured_wall::viewFrom;
 
 Keyframe keyframe(const Pose& T_world_camera, std::uint64_t seed, std::int64_t id) {
   const View view = viewFrom(T_world_camera, seed);

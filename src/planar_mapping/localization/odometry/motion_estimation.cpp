@@ -38,7 +38,8 @@ class MotionSearch {
     now_covariance_.reserve(matches.size());
     for (const FeatureMatch& match : matches) {
       now_.push_back(backProject(camera, match.now));
-      now_covariance_.push_back(positionCovariance(camera, match.now));
+      now_covariance_.push_back(
+          positionCovariance(camera, match.now, detail::varianceOf(match, camera)));
     }
   }
 

@@ -20,6 +20,9 @@ struct FeatureMatch {
   Vector3 before = Vector3::Zero();      ///< frame before, metres
   Matrix3 covariance = Matrix3::Zero();  ///< of before, square metres
   FeatureSighting now;
+  /// Variances of column, row (px^2) and inverse depth (1/m^2) of now; zero = those of the camera,
+  /// see sightingVariance().
+  Vector3 now_variance = Vector3::Zero();
 };
 
 /// What is known of a motion beforehand.

@@ -46,7 +46,7 @@ void addMatch(const FeatureMatch& match, const FeatureCamera& camera, const Pose
   const Matrix3 at_point = projectionJacobian(camera, p);
   const Matrix3 at_before = at_point * motion.linear();
   Matrix3 covariance = at_before * match.covariance * at_before.transpose();
-  covariance.diagonal() += sightingVariance(camera, match.now.inverse_depth);
+  covariance.diagonal() += varianceOf(match, camera);
   Matrix3 information;
   if (!invertCovariance(covariance, information)) return;
   const Vector3 error = sightingError(match, camera, p);
@@ -79,6 +79,11 @@ NormalEquations normalEquations(const std::vector<FeatureMatch>& matches,
 }
 
 }  // namespace
+
+Vector3 varianceOf(const FeatureMatch& match, const FeatureCamera& camera) {
+  return match.now_variance.isZero() ? sightingVariance(camera, match.now.inverse_depth)
+                                     : match.now_variance;
+}
 
 Matrix3 projectionJacobian(const FeatureCamera& camera, const Vector3& point) {
   const double w = 1.0 / point.z();
@@ -116,7 +121,7 @@ double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
       covariance(1, 1) > std::pow(kMaxDirectionError * camera.fy, 2)) {
     return kNever;
   }
-  covariance.diagonal() += sightingVariance(camera, match.now.inverse_depth);
+  covariance.diagonal() += varianceOf(match, camera);
   Matrix3 information;
   if (!invertCovariance(covariance, information)) return kNever;
   const double squared = error.dot(information * error);

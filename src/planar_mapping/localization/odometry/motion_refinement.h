@@ -13,6 +13,9 @@ namespace planar_mapping::detail {
 /// Nothing nearer to the camera than this is seen, metres.
 constexpr double kNearestDepth = 1e-3;
 
+/// Variances of what is seen now of a match.
+Vector3 varianceOf(const FeatureMatch& match, const FeatureCamera& camera);
+
 /// d(column, row, inverse depth) / d(point) at a point in the camera's frame.
 Matrix3 projectionJacobian(const FeatureCamera& camera, const Vector3& point);
 

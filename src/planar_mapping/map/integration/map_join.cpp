@@ -27,16 +27,23 @@ class LaterPlaces {
       : later_(later), s_(later.resolution()), cell_(later.unknownResolution()) {
     for (const PlaneLayer& layer : later.planes)
       bounds_.push_back(layer.bounds(s_, later.thickness()));
+    later.space.forEachRegion([&](const Int3& at, const SpaceRegion&) {
+      const Vector3 low = 32.0 * cell_ * Vector3(at.x, at.y, at.z);
+      reach_.extend(low).extend(low + Vector3::Constant(32.0 * cell_));
+    });
   }
 
   /// Looks at planes about a box (metres) alone, until it is called again.
-  void lookAt(const Eigen::AlignedBox3d& box) {
+  /// \return whether the later map knows anything of space there
+  bool lookAt(const Eigen::AlignedBox3d& box) {
     const Vector3 margin = Vector3::Constant(2.0 * s_);
     const Eigen::AlignedBox3d wide(box.min() - margin, box.max() + margin);
     near_.clear();
+    if (!reach_.intersects(wide)) return false;
     for (std::size_t i = 0; i < bounds_.size(); ++i) {
       if (bounds_[i].intersects(wide)) near_.push_back(&later_.planes[i]);
     }
+    return true;
   }
   /// Is a cell gone? The later map must have looked through all within half a cell of each part,
   /// or up to a surface of its own; what lies within half a cell of a plane that crosses the cell
@@ -132,7 +139,7 @@ void clearSeenFree(MapData& map, const MapData& later, Frame& frame) {
       for (int corner = 0; corner < 4; ++corner)
         box.extend(
             f.fromPlane({8.0 * s * (ta + (corner & 1)), 8.0 * s * (tb + (corner >> 1)), 0.0}));
-      places.lookAt(box);
+      if (!places.lookAt(box)) return;
       forEachBit(tile.occupied(), [&](std::size_t bit) {
         const auto i = static_cast<std::int32_t>(bit);
         parts.clear();
@@ -152,7 +159,7 @@ void clearSeenFree(MapData& map, const MapData& later, Frame& frame) {
       const Int3 at = unpackKey(region.blocks.key(i));
       CellBlock& block = region.blocks.value(i);
       const Vector3 low = 4.0 * s * Vector3(at.x, at.y, at.z);
-      places.lookAt({low, low + Vector3::Constant(4.0 * s)});
+      if (!places.lookAt({low, low + Vector3::Constant(4.0 * s)})) continue;
       forEachBit(block.occupied(), [&](std::size_t bit) {
         parts.clear();
         forEachPartOf(map, block, bit, CellLayer::cellOf(at, static_cast<int>(bit)),

@@ -99,6 +99,10 @@ void StartPose::levelByGround(Frame& frame, bool optical, const std::optional<St
 }
 
 void MotionKeys::declare(ParameterTable& table) {
+  table.word(
+      "method", method, {{"features", Method::Features}, {"submaps", Method::Submaps}},
+      "[ours] how poses are found that are not given: key features, clouds and views against "
+      "all before, or features and surfaces against the nearest keyframes of a submap");
   table.word("poses", poses,
              {{"use", Poses::Use}, {"prior", Poses::Prior}, {"ignore", Poses::Ignore}},
              "given poses are taken as they are, as a prior, or not at all; frames without one "

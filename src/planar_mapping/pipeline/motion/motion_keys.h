@@ -40,6 +40,7 @@ class StartPose {
 struct MotionKeys {
   enum class Poses : std::uint8_t { Use, Prior, Ignore };
   enum class Clouds : std::uint8_t { Auto, On, Off };
+  enum class Method : std::uint8_t { Features, Submaps };
 
   void declare(ParameterTable& table);
   /// \throws ParameterError
@@ -49,6 +50,7 @@ struct MotionKeys {
 
   OdometryParams odometry;
   Poses poses = Poses::Use;
+  Method method = Method::Features;
   StartPose start;
   double given_position_error = 0.02;
   double given_orientation_error = 0.01;

@@ -8,6 +8,9 @@
 #include "planar_mapping/pipeline/motion/motion_keys.h"
 #include "planar_mapping/pipeline/rounded.h"
 #include "planar_mapping/pipeline/stages/builtin.h"
+#ifdef PLANAR_MAPPING_HAS_STEREO
+#include "planar_mapping/pipeline/motion/submap_locator.h"
+#endif
 
 namespace planar_mapping::detail {
 namespace {
@@ -66,6 +69,9 @@ class MotionEstimationStage : public Stage {
   static constexpr int kCheckedFrames = 4;  ///< the first, whose features check given poses
 
   MotionKeys keys_;
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  SubmapLocator submaps_;
+#endif
   bool optical_ = true;  ///< clouds are in a camera's frame, z forward; else x forward, z up
   std::optional<FrameLocator> locator_;
   bool out_of_order_ = false;              ///< the last frame with a pose was one placed again
@@ -77,6 +83,18 @@ class MotionEstimationStage : public Stage {
 }  // namespace
 
 void MotionEstimationStage::process(Frame& frame) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (keys_.method == MotionKeys::Method::Submaps && !takesGiven(frame)) {
+    const Matrix6 step_covariance =
+        2.0 * poseCovariance(keys_.given_position_error, keys_.given_orientation_error);
+    submaps_.place(frame,
+                   submaps_.started()
+                       ? Pose::Identity()
+                       : keys_.start.of(frame, optical_, keys_.noise.optionalNoise()),
+                   keys_.poses == Poses::Prior ? &step_covariance : nullptr);
+    return;
+  }
+#endif
   if (!locator_) prepare(frame);
   if (takesGiven(frame)) {
     if (checked_ < kCheckedFrames) checkGiven(frame);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/atlas/localizer.h"
+#include "planar_mapping/atlas/atlas_localizer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -51,11 +51,11 @@ Place placeOf(const Link& link, const Submap& submap) {
 
 }  // namespace
 
-Localizer::Localizer(const AtlasData& atlas) : atlas_(atlas) {
+AtlasLocalizer::AtlasLocalizer(const AtlasData& atlas) : atlas_(atlas) {
   for (const Keyframe& key : atlas_.keyframes) places_.add(key);
 }
 
-std::optional<Place> Localizer::find(Keyframe frame) const {
+std::optional<Place> AtlasLocalizer::find(Keyframe frame) const {
   frame.id = frame.submap = -1;  // no keyframe is its own
   frame.T_submap_keyframe = Pose::Identity();
   std::vector<Place> places;

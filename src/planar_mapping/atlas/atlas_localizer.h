@@ -25,11 +25,11 @@ struct Place {
 };
 
 /// Finds single frames in a known building. Const functions may be called from several threads.
-class PLANAR_MAPPING_EXPORT Localizer {
+class PLANAR_MAPPING_EXPORT AtlasLocalizer {
  public:
   /// \param atlas  has to outlive it and to stay as it is
   /// \throws InputError as PlaceFinder::add()
-  explicit Localizer(const AtlasData& atlas);
+  explicit AtlasLocalizer(const AtlasData& atlas);
 
   /// By the keyframe that it agrees with best of the most alike ones. Ids and pose of \p frame do
   /// not matter.

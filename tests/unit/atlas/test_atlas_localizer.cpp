@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/atlas/localizer.h"
+#include "planar_mapping/atlas/atlas_localizer.h"
 
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ TEST_F(Localizing, AFrameIsFoundInTheWorldOfItsComponent) {
     submap.session = 3;
   }
   const std::optional<Place> place =
-      Localizer(atlas).find(keyframeOf(test::lookAtPaint(between(), 1)));
+      AtlasLocalizer(atlas).find(keyframeOf(test::lookAtPaint(between(), 1)));
   ASSERT_TRUE(place);
   EXPECT_EQ(40, place->component);
   EXPECT_EQ(3, place->session);
@@ -83,7 +83,7 @@ TEST_F(Localizing, AFrameIsFoundInTheWorldOfItsComponent) {
 }
 
 TEST_F(Localizing, IdsAndPoseOfTheFrameDoNotMatter) {
-  const Localizer localizer(room_);
+  const AtlasLocalizer localizer(room_);
   Keyframe frame = keyframeOf(test::lookAtPaint(between(), 1));
   const std::optional<Place> first = localizer.find(frame);
   frame.id = 5;
@@ -96,7 +96,7 @@ TEST_F(Localizing, IdsAndPoseOfTheFrameDoNotMatter) {
 }
 
 TEST_F(Localizing, AnotherRoomIsNotFound) {
-  const Localizer localizer(room_);
+  const AtlasLocalizer localizer(room_);
   for (int i = 0; i < kTurn; i += 4)
     EXPECT_FALSE(localizer.find(keyframeOf(test::lookAtPaint(test::aroundRoom(i, kTurn), 2)))) << i;
 }
@@ -116,21 +116,21 @@ TEST_F(Localizing, TwoPlacesOfOneLookAreNeither) {
   atlas.submaps.insert(atlas.submaps.end(), twice.submaps.begin(), twice.submaps.end());
   atlas.keyframes.insert(atlas.keyframes.end(), twice.keyframes.begin(), twice.keyframes.end());
   const Keyframe frame = keyframeOf(test::lookAtPaint(between(), 1));
-  EXPECT_FALSE(Localizer(atlas).find(frame));
+  EXPECT_FALSE(AtlasLocalizer(atlas).find(frame));
   // Of two components nobody knows whether they are two places.
   for (std::size_t i = room_.submaps.size(); i < atlas.submaps.size(); ++i)
     atlas.submaps[i].component = 10;
-  EXPECT_TRUE(Localizer(atlas).find(frame));
+  EXPECT_TRUE(AtlasLocalizer(atlas).find(frame));
 }
 
 TEST_F(Localizing, NothingIsFoundByNothing) {
   test::PaintedView view = test::lookAtPaint(between(), 1);
-  EXPECT_FALSE(Localizer(AtlasData()).find(keyframeOf(view)));
+  EXPECT_FALSE(AtlasLocalizer(AtlasData()).find(keyframeOf(view)));
   view.gray = uniform(view.gray.width, view.gray.height, 90.0);
-  EXPECT_FALSE(Localizer(room_).find(keyframeOf(view)));
+  EXPECT_FALSE(AtlasLocalizer(room_).find(keyframeOf(view)));
   Keyframe other = keyframeOf(test::lookAtPaint(between(), 1));
   other.descriptors.pop_back();
-  EXPECT_THROW(Localizer(room_).find(other), InputError);
+  EXPECT_THROW(AtlasLocalizer(room_).find(other), InputError);
 }
 
 }  // namespace
