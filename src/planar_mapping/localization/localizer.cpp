@@ -12,7 +12,7 @@
 #include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/localization/pose_evidence.h"
 #include "planar_mapping/localization/pose_search.h"
-#include "planar_mapping/stereo/cv_image.h"
+#include "planar_mapping/stereo/opencv_threads.h"
 
 namespace planar_mapping {
 

@@ -120,6 +120,7 @@ class LaterPlaces {
   const double cell_;
   mutable KeyMap<std::vector<std::uint64_t>> free_;  ///< of freeOf()
   std::vector<Eigen::AlignedBox3d> bounds_;          ///< of its planes
+  Eigen::AlignedBox3d reach_;                        ///< of its space
   std::vector<const PlaneLayer*> near_;
 };
 
