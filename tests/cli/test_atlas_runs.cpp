@@ -110,6 +110,18 @@ TEST_F(AtlasRuns, ASessionElsewhereStaysAComponentOfItsOwn) {
   EXPECT_TRUE(first == read("again.pmap"));
 }
 
+TEST_F(AtlasRuns, PosesAreFoundAgainstTheKeyframesOfASubmap) {
+  const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore", "--set",
+                                          "motion_estimation.method=submaps"};
+  expectExit(0, run("one", joined(found, {"--atlas", file_, "-j", "1"})));
+  const Json metrics = Json::parse(read("one/metrics.json"));
+  EXPECT_EQ(0, metrics["frames_skipped"]);
+  EXPECT_LT(metrics["motion_error"]["absolute_rms_m"], 0.02) << metrics["motion_error"];
+  EXPECT_GE(info(file_)["links"]["loop"], 5);
+  expectExit(0, run("two", joined(found, {"--atlas", directory_ / "two.atlas", "-j", "2"})));
+  EXPECT_TRUE(read("one/map.pmap") == read("two/map.pmap"));
+}
+
 TEST_F(AtlasRuns, ThreadsChangeNothing) {
   expectExit(0, run("one", {"--atlas", directory_ / "one.atlas", "-j", "1"}));
   expectExit(0, run("two", {"--atlas", directory_ / "two.atlas", "-j", "2"}));

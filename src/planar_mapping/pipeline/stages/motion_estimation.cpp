@@ -85,6 +85,10 @@ class MotionEstimationStage : public Stage {
 void MotionEstimationStage::process(Frame& frame) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (keys_.method == MotionKeys::Method::Submaps && !takesGiven(frame)) {
+    if (frame.again) {  // it was placed in its submap when it came
+      frame.skip_reason = "it lies in a submap of its own";
+      return;
+    }
     const Matrix6 step_covariance =
         2.0 * poseCovariance(keys_.given_position_error, keys_.given_orientation_error);
     submaps_.place(frame,
