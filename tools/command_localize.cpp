@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "frame_command.h"
+#include "planar_mapping/atlas/atlas_localizer.h"
 #include "planar_mapping/atlas/atlas_store.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
-#include "planar_mapping/atlas/atlas_localizer.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/number_text.h"
 #include "planar_mapping/base/spelling.h"

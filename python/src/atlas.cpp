@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "arrays.h"
+#include "planar_mapping/atlas/atlas_localizer.h"
 #include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_store.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
-#include "planar_mapping/atlas/atlas_localizer.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
 
