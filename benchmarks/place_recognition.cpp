@@ -64,10 +64,7 @@ Set readSet(const std::string& folder, std::int64_t first_id) {
   const io::Sequence sequence({folder});
   const io::Calibration calibration = *sequence.calibration();
   FeatureCamera camera;
-  camera.fx = calibration.camera.fx;
-  camera.fy = calibration.camera.fy;
-  camera.cx = calibration.camera.cx;
-  camera.cy = calibration.camera.cy;
+  camera.setPinhole(calibration.camera);
   const bool stereo = sequence.kind() == io::SequenceKind::Stereo;
   camera.depth_error = stereo ? 0.0 : 0.005;
   camera.depth_error_growth = stereo ? 0.5 / (*calibration.baseline * camera.fx) : 0.003;

@@ -46,16 +46,6 @@ AtlasData read(const std::string& path) {
   return loadAtlas(path, 0);
 }
 
-const char* wordOf(LinkKind kind) {
-  const char* const words[] = {"neighbour", "loop", "plane"};
-  return words[static_cast<int>(kind)];
-}
-
-const char* wordOf(LinkState state) {
-  const char* const words[] = {"used", "rejected", "refused"};
-  return words[static_cast<int>(state)];
-}
-
 /// How many of the rows \p holds for.
 template <typename Row, typename Holds>
 std::size_t countIf(const std::vector<Row>& rows, const Holds& holds) {

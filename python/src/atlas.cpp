@@ -92,15 +92,13 @@ void addEvidence(const LinkEvidence& evidence, py::dict& row) {
 }
 
 py::dict rowOf(const Link& link) {
-  const char* const kinds[] = {"neighbour", "loop", "plane"};
-  const char* const states[] = {"used", "rejected", "refused"};
   const auto keyframe = [](std::int64_t id) {
     return id < 0 ? py::object(py::none()) : py::int_(id);
   };
   py::dict row;
   row["id"] = link.id;
-  row["kind"] = kinds[static_cast<int>(link.kind)];
-  row["state"] = states[static_cast<int>(link.state)];
+  row["kind"] = wordOf(link.kind);
+  row["state"] = wordOf(link.state);
   row["from_submap"] = link.from_submap;
   row["to_submap"] = link.to_submap;
   row["from_keyframe"] = keyframe(link.from_keyframe);
@@ -189,12 +187,8 @@ class AtlasFile {
   py::object localize(const py::array& image, const py::object& xyz, const py::object& K) {
     const io::Image gray = grayOf(image);
     const Cloud cloud(xyz, "xyz");
-    const PinholeCamera pinhole = cameraOf(K, gray.height, gray.width);
     FeatureCamera camera;
-    camera.fx = pinhole.fx;
-    camera.fy = pinhole.fy;
-    camera.cx = pinhole.cx;
-    camera.cy = pinhole.cy;
+    camera.setPinhole(cameraOf(K, gray.height, gray.width));
     if (!localizer_) localizer_ = std::make_unique<AtlasLocalizer>(data_);
     const std::optional<Place> place = localizer_->find(makeKeyframe(gray, cloud.view(), camera));
     return place ? py::object(rowOf(*place)) : py::none();

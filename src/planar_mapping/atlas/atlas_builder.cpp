@@ -6,11 +6,12 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
-#include "planar_mapping/atlas/link_consistency.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping {
 namespace {
@@ -43,11 +44,6 @@ Vector6 varianceOf(const Pose& step, bool is_given) {
   return variance + drift;
 }
 
-template <typename Row>
-std::int64_t nextId(const std::vector<Row>& rows) {
-  return rows.empty() ? 0 : rows.back().id + 1;
-}
-
 }  // namespace
 
 void SubmapParams::validate() const {
@@ -59,7 +55,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
                            AtlasSession session, AtlasData known)
     : params_(params), map_params_(map), data_(std::move(known)) {
   params_.validate();
-  session.id = nextId(data_.sessions);
+  session.id = detail::nextId(data_.sessions);
   session_ = session.id;
   data_.sessions.push_back(std::move(session));
   for (const Keyframe& key : data_.keyframes) places_.add(key);
@@ -77,7 +73,7 @@ PlanarMap& AtlasBuilder::mapForNext() {
 /// The next submap lies where the last one of the session does: what moved that moved all after it.
 void AtlasBuilder::begin() {
   Submap next;
-  next.id = nextId(data_.submaps);
+  next.id = detail::nextId(data_.submaps);
   next.session = session_;
   next.component = next.id;
   if (open_) {
@@ -90,7 +86,7 @@ void AtlasBuilder::begin() {
     next.component = last.component;
     next.T_world_submap = last.T_world_submap;
     Link link;
-    link.id = nextId(data_.links);
+    link.id = detail::nextId(data_.links);
     link.kind = LinkKind::Neighbour;
     link.from_submap = last.id;
     link.to_submap = next.id;
@@ -116,14 +112,14 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   if (last_frame_) {
     const Pose step = seen.T_session_sensor.inverse() * *last_frame_;
     path_ += step.translation().norm();
-    const Matrix6 moved = detail::adjoint(step);
+    const Matrix6 moved = adjoint(step);
     drift_ = moved * drift_ * moved.transpose();
     drift_.diagonal() += varianceOf(step, !seen.step_covariance);
     if (seen.step_covariance) drift_ += *seen.step_covariance;
   }
   if (is_entering_) {
-    const Matrix6 adjoint = detail::adjoint(seen.T_session_sensor);
-    data_.links.back().covariance = adjoint * drift_ * adjoint.transpose();
+    const Matrix6 A = adjoint(seen.T_session_sensor);
+    data_.links.back().covariance = A * drift_ * A.transpose();
     drift_.setZero();
     is_entering_ = false;
   }
@@ -135,7 +131,7 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
       return update;
   }
   Keyframe key = makeKeyframe(*seen.gray, seen.cloud, seen.camera);
-  key.id = nextId(data_.keyframes);
+  key.id = detail::nextId(data_.keyframes);
   key.submap = data_.submaps.back().id;
   key.frame = seen.frame;
   key.source = seen.source;
@@ -160,12 +156,9 @@ std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
     if (link.kind == LinkKind::Neighbour && link.to_submap == key.submap)
       neighbours.push_back(link.from_submap);
   for (const std::int64_t candidate : places_.candidates(key, kCandidates, neighbours)) {
-    const auto other =
-        std::lower_bound(data_.keyframes.begin(), data_.keyframes.end(), candidate,
-                         [](const Keyframe& one, std::int64_t id) { return one.id < id; });
-    std::optional<Link> link = PlaceFinder::verify(key, *other);
+    std::optional<Link> link = PlaceFinder::verify(key, detail::rowOf(data_.keyframes, candidate));
     if (!link) continue;
-    link->id = nextId(data_.links);
+    link->id = detail::nextId(data_.links);
     data_.links.push_back(std::move(*link));
     ++found;
   }

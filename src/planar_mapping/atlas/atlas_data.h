@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -67,6 +68,16 @@ enum class LinkState : std::uint8_t {
   Rejected,  ///< it contradicts the others, or there is too little evidence to join components
   Refused,   ///< a person said so (--without-loop)
 };
+
+/// As they are called in the file, by `planar_map atlas` and in Python.
+constexpr std::array<const char*, 3> kLinkKindWords = {"neighbour", "loop", "plane"};
+constexpr std::array<const char*, 3> kLinkStateWords = {"used", "rejected", "refused"};
+constexpr const char* wordOf(LinkKind kind) {
+  return kLinkKindWords[static_cast<std::size_t>(kind)];
+}
+constexpr const char* wordOf(LinkState state) {
+  return kLinkStateWords[static_cast<std::size_t>(state)];
+}
 
 /// What speaks for a link.
 struct LinkEvidence {

@@ -7,8 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/atlas/link_consistency.h"
+#include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping {
 namespace {
@@ -19,12 +20,6 @@ constexpr double kMinOddsOverOthers = 3.0;
 // Poses nearer than this are one place: submaps that no loop has aligned differ as much.
 constexpr double kSamePlace = 0.5;                      // metres
 constexpr double kSameTurn = 15.0 * kRadiansPerDegree;  // radians
-
-template <typename Row>
-const Row& rowOf(const std::vector<Row>& rows, std::int64_t id) {
-  return *std::lower_bound(rows.begin(), rows.end(), id,
-                           [](const Row& one, std::int64_t number) { return one.id < number; });
-}
 
 bool isSamePlace(const Place& a, const Place& b) {
   const Pose between = a.T_world_sensor.inverse() * b.T_world_sensor;
@@ -42,8 +37,8 @@ Place placeOf(const Link& link, const Submap& submap) {
   place.evidence = link.evidence;
   // Errors turn about the origin of the submap there, about the sensor here.
   Matrix6 at_sensor = Matrix6::Identity();
-  at_sensor.topRightCorner<3, 3>() = -detail::crossOf(place.T_world_sensor.translation());
-  const Matrix6 A = at_sensor * detail::adjoint(submap.T_world_submap);
+  at_sensor.topRightCorner<3, 3>() = -crossMatrix(place.T_world_sensor.translation());
+  const Matrix6 A = at_sensor * adjoint(submap.T_world_submap);
   const Matrix6 turned = A * link.covariance * A.transpose();
   place.covariance = 0.5 * (turned + turned.transpose());
   return place;
@@ -60,8 +55,9 @@ std::optional<Place> AtlasLocalizer::find(Keyframe frame) const {
   frame.T_submap_keyframe = Pose::Identity();
   std::vector<Place> places;
   for (const std::int64_t id : places_.candidates(frame, kCheckedKeyframes)) {
-    const std::optional<Link> link = PlaceFinder::verify(frame, rowOf(atlas_.keyframes, id));
-    if (link) places.push_back(placeOf(*link, rowOf(atlas_.submaps, link->to_submap)));
+    const std::optional<Link> link =
+        PlaceFinder::verify(frame, detail::rowOf(atlas_.keyframes, id));
+    if (link) places.push_back(placeOf(*link, detail::rowOf(atlas_.submaps, link->to_submap)));
   }
   const auto likelier = [](const Place& a, const Place& b) {
     return a.evidence.log_odds < b.evidence.log_odds;

@@ -8,21 +8,13 @@
 #include <unordered_map>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/base/disjoint_parts.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
 #include "planar_mapping/map/joined_map.h"
 
 namespace planar_mapping {
-namespace {
-
-template <typename Row>
-std::int64_t nextNumber(const std::vector<Row>& rows) {
-  return rows.empty() ? 0 : rows.back().id + 1;
-}
-
-}  // namespace
-
 void numberComponents(AtlasData& data) {
   std::unordered_map<std::int64_t, std::uint32_t> index_of;
   for (std::size_t i = 0; i < data.submaps.size(); ++i)
@@ -111,10 +103,10 @@ AtlasData partOf(const AtlasData& data, const std::function<bool(const Submap&)>
 AtlasData mergeAtlases(const std::vector<AtlasData>& atlases) {
   AtlasData merged;
   for (const AtlasData& atlas : atlases) {
-    const std::int64_t session = nextNumber(merged.sessions);
-    const std::int64_t submap = nextNumber(merged.submaps);
-    const std::int64_t keyframe = nextNumber(merged.keyframes);
-    const std::int64_t link = nextNumber(merged.links);
+    const std::int64_t session = detail::nextId(merged.sessions);
+    const std::int64_t submap = detail::nextId(merged.submaps);
+    const std::int64_t keyframe = detail::nextId(merged.keyframes);
+    const std::int64_t link = detail::nextId(merged.links);
     for (AtlasSession row : atlas.sessions) {
       row.id += session;
       merged.sessions.push_back(std::move(row));

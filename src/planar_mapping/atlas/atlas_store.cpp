@@ -81,9 +81,6 @@ constexpr std::array<const char*, 5> kSchema = {
   residual REAL NOT NULL
 ) STRICT)sql"};
 
-constexpr std::array<const char*, 3> kKindWords = {"neighbour", "loop", "plane"};
-constexpr std::array<const char*, 3> kStateWords = {"used", "rejected", "refused"};
-
 using PoseRows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 using CameraNumbers = std::array<double, 7>;
 
@@ -283,10 +280,6 @@ void insertKeyframes(SqliteFile& file, const AtlasData& part) {
   }
 }
 
-const char* wordOf(LinkState state) {
-  return kStateWords.at(static_cast<std::size_t>(state));
-}
-
 void insertLinks(SqliteFile& file, const AtlasData& part) {
   const std::string values = "VALUES (?, ?, ?, ?, ?, nullif(?, -1), nullif(?, -1), ?, ?, ?, ?, ?, ";
   SqliteStatement insert(file, "INSERT INTO links " + values + "?, ?, ?, ?)");
@@ -294,10 +287,9 @@ void insertLinks(SqliteFile& file, const AtlasData& part) {
     requireSound(link);
     writeRow("link", link.id, file, [&]() {
       const PoseRows pose = rowsOf(link.T_to_from);
-      insert.run(link.id, std::string_view(kKindWords.at(static_cast<std::size_t>(link.kind))),
-                 std::string_view(wordOf(link.state)), link.from_submap, link.to_submap,
-                 link.from_keyframe, link.to_keyframe, viewOf(pose),
-                 BlobView{link.covariance.data(), sizeof(double) * 36},
+      insert.run(link.id, std::string_view(wordOf(link.kind)), std::string_view(wordOf(link.state)),
+                 link.from_submap, link.to_submap, link.from_keyframe, link.to_keyframe,
+                 viewOf(pose), BlobView{link.covariance.data(), sizeof(double) * 36},
                  static_cast<std::int64_t>(link.evidence.inliers),
                  static_cast<std::int64_t>(link.evidence.matches),
                  static_cast<std::int64_t>(link.evidence.off_plane), link.evidence.agreement,
@@ -412,8 +404,8 @@ void readLinks(SqliteFile& file, AtlasData& data) {
     Link link;
     link.id = row.integer(0);
     const std::string name = named("link", link.id);
-    link.kind = enumOf<LinkKind>(row.text(1), kKindWords, name);
-    link.state = enumOf<LinkState>(row.text(2), kStateWords, name);
+    link.kind = enumOf<LinkKind>(row.text(1), kLinkKindWords, name);
+    link.state = enumOf<LinkState>(row.text(2), kLinkStateWords, name);
     link.from_submap = row.integer(3);
     link.to_submap = row.integer(4);
     link.from_keyframe = row.integer(5);

@@ -12,6 +12,8 @@
 #include <map>
 #include <memory>
 
+#include "planar_mapping/geometry/angles.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -221,7 +223,7 @@ Matrix3 inverseLeftJacobian(const Vector3& phi) {
   const double half = 0.5 * angle;
   const double factor =
       angle < kSmall ? 1.0 / 12.0 : (1.0 - half / std::tan(half)) / (angle * angle);
-  const Matrix3 cross = crossOf(phi);
+  const Matrix3 cross = crossMatrix(phi);
   return Matrix3::Identity() - 0.5 * cross + factor * cross * cross;
 }
 
@@ -240,13 +242,13 @@ Vector6 linkError(const Pose& T_from_to, const Pose& T_world_from, const Pose& T
     const Matrix3 R = motion.linear();
     by_from->setZero();
     by_from->topLeftCorner<3, 3>() = R;
-    by_from->topRightCorner<3, 3>() = -crossOf(t - motion.translation()) * R;
+    by_from->topRightCorner<3, 3>() = -crossMatrix(t - motion.translation()) * R;
     by_from->bottomRightCorner<3, 3>() = inverseLeftJacobian(phi) * R;
   }
   if (by_to != nullptr) {
     by_to->setZero();
     by_to->topLeftCorner<3, 3>() = -Matrix3::Identity();
-    by_to->topRightCorner<3, 3>() = crossOf(t);
+    by_to->topRightCorner<3, 3>() = crossMatrix(t);
     by_to->bottomRightCorner<3, 3>() = -inverseLeftJacobian(phi);
   }
   return xi;

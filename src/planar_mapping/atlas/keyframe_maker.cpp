@@ -10,6 +10,7 @@
 
 #include "planar_mapping/atlas/keyframe_cells.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/stereo/cv_image.h"
 #include "planar_mapping/stereo/features/feature_detection.h"
 #include "planar_mapping/stereo/opencv_threads.h"
@@ -33,12 +34,6 @@ constexpr double kSameSurface = 0.1;  // spread of inverse depths there, of the 
 std::uint16_t encoded(double inverse_depth) {
   return static_cast<std::uint16_t>(
       std::clamp(std::lround(inverse_depth * detail::kInverseDepthUnits), 1L, 65535L));
-}
-
-double medianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 void requireGray(const io::Image& gray, const FeatureCamera& camera) {
@@ -68,7 +63,8 @@ Keyframe begin(const io::Image& gray, const FeatureCamera& camera) {
 void setDepths(const detail::KeyframeCells& cells, std::vector<std::vector<double>>& depths,
                Keyframe& key) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (!depths[i].empty()) key.inverse_depths[i] = encoded(medianOf(depths[i]));
+    if (!depths[i].empty())
+      key.inverse_depths[i] = encoded(detail::ranked(depths[i], depths[i].size() / 2));
   }
 }
 
@@ -137,7 +133,7 @@ double inverseDepthAt(const PointsView& cloud, double column, double row) {
   }
   constexpr std::size_t kLeast = 5;
   if (around.size() < kLeast) return 0.0;
-  const double median = medianOf(around);
+  const double median = detail::ranked(around, around.size() / 2);
   const auto [least, most] = std::minmax_element(around.begin(), around.end());
   return *most - *least <= kSameSurface * median ? median : 0.0;
 }
@@ -165,13 +161,21 @@ double sampledDepth(const PointsView& cloud, const detail::KeyframeCells& cells,
   return depths[static_cast<std::size_t>(count / 2)];
 }
 
-/// The strongest with depth, spread over the image.
-std::vector<std::size_t> chosenOf(const std::vector<cv::KeyPoint>& points, const cv::Mat& image) {
+/// Describes the strongest, spread over the image. Sightings are those of the points.
+void describeStrongest(const Reduced& reduced, const std::vector<cv::KeyPoint>& points,
+                       const std::vector<FeatureSighting>& sightings, Keyframe& key) {
   std::vector<detail::Detection> detections;
   detections.reserve(points.size());
   for (const cv::KeyPoint& point : points)
     detections.push_back({point.pt.x, point.pt.y, point.response});
-  return detail::spreadEvenly(detections, image.cols, image.rows, kFeatures);
+  std::vector<cv::KeyPoint> chosen;
+  std::vector<FeatureSighting> chosen_sightings;
+  for (const std::size_t i :
+       detail::spreadEvenly(detections, reduced.image.cols, reduced.image.rows, kFeatures)) {
+    chosen.push_back(points[i]);
+    chosen_sightings.push_back(sightings[i]);
+  }
+  describe(reduced, std::move(chosen), chosen_sightings, key);
 }
 
 }  // namespace
@@ -204,13 +208,7 @@ Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud, const Feat
     points.push_back(point);
     sightings.push_back({place.x(), place.y(), inverse_depth});
   }
-  std::vector<cv::KeyPoint> chosen;
-  std::vector<FeatureSighting> chosen_sightings;
-  for (const std::size_t i : chosenOf(points, reduced.image)) {
-    chosen.push_back(points[i]);
-    chosen_sightings.push_back(sightings[i]);
-  }
-  describe(reduced, std::move(chosen), chosen_sightings, key);
+  describeStrongest(reduced, points, sightings, key);
   return key;
 }
 
@@ -236,13 +234,7 @@ Keyframe makeKeyframe(const io::Image& gray, const std::vector<KeyFeature>& feat
     sightings.push_back(sighting);
   }
   setDepths(cells, depths, key);
-  std::vector<cv::KeyPoint> chosen;
-  std::vector<FeatureSighting> chosen_sightings;
-  for (const std::size_t i : chosenOf(points, reduced.image)) {
-    chosen.push_back(points[i]);
-    chosen_sightings.push_back(sightings[i]);
-  }
-  describe(reduced, std::move(chosen), chosen_sightings, key);
+  describeStrongest(reduced, points, sightings, key);
   return key;
 }
 

@@ -361,22 +361,6 @@ std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> otherLin
 
 }  // namespace
 
-Matrix3 crossOf(const Vector3& v) {
-  Matrix3 cross;
-  cross << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return cross;
-}
-
-Matrix6 adjoint(const Pose& T) {
-  const Matrix3 R = T.linear();
-  const Vector3 t = T.translation();
-  Matrix6 A = Matrix6::Zero();
-  A.topLeftCorner<3, 3>() = R;
-  A.bottomRightCorner<3, 3>() = R;
-  A.topRightCorner<3, 3>() = crossOf(t) * R;
-  return A;
-}
-
 LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& links) {
   std::vector<std::size_t> edges;
   for (std::size_t i = 0; i < links.size(); ++i) {

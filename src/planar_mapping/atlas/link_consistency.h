@@ -37,11 +37,6 @@ struct LinkChoice {
   std::vector<std::size_t> part;  ///< per node: the first node of its part
 };
 
-/// crossOf(v) w = v x w.
-Matrix3 crossOf(const Vector3& v);
-/// A = Ad(T): step(A xi) = T step(xi) T^-1 to first order; see Matrix6.
-Matrix6 adjoint(const Pose& T);
-
 /// Throws out links that contradict the others. Trusted links make trees; of all others those are
 /// used that agree in pairs (pairwise consistency maximisation): a pair and the ways between its
 /// ends along the tree must close within their covariance. Two trees are joined only by more

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "planar_mapping/atlas/keyframe_cells.h"
-#include "planar_mapping/atlas/link_consistency.h"
 #include "planar_mapping/atlas/place_finder.h"
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 #include "planar_mapping/localization/pose_evidence.h"
@@ -121,26 +121,12 @@ Pairs guidedMatches(const Keyframe& a, const Keyframe& b, const Rows& distances,
 }
 
 /// Depths of one keyframe beside what the other measured there.
-struct DepthAgreement {
-  std::size_t compared = 0;
-  std::size_t agreeing = 0;
-  std::size_t through = 0;  ///< the other saw farther there
-
-  double agreement() const {
-    return compared == 0 ? 0.0 : static_cast<double>(agreeing) / static_cast<double>(compared);
-  }
-  /// One of few cells says less than many of many.
-  double seenThrough() const {
-    return (static_cast<double>(through) + 1.0) / (static_cast<double>(compared) + 20.0);
-  }
-};
-
-DepthAgreement depthsBeside(const Keyframe& a, const Keyframe& b, const Pose& T_b_a) {
+detail::DepthComparison depthsBeside(const Keyframe& a, const Keyframe& b, const Pose& T_b_a) {
   constexpr double kSigmas = 3.0;
   constexpr double kRelative = 0.03;  // of the depth: pose, slope within a cell
   const detail::KeyframeCells from(a);
   const detail::KeyframeCells to(b);
-  DepthAgreement result;
+  detail::DepthComparison result;
   for (int row = 0; row < from.down(); row += 2) {
     for (int column = 0; column < from.across(); column += 2) {
       const FeatureSighting sighting = from.middle(column, row);
@@ -152,24 +138,9 @@ DepthAgreement depthsBeside(const Keyframe& a, const Keyframe& b, const Pose& T_
       const double z = point.z();
       const double sigma = std::hypot(b.camera.depthError(z), a.camera.depthError(z)) / (z * z);
       const double tolerance = kSigmas * sigma + kRelative / z;
-      const int x = to.columnOf(seen.column);
-      const int y = to.rowOf(seen.row);
-      bool any = false;
-      bool agrees = false;
-      bool farther = true;
-      for (int v = std::max(0, y - 1); v <= std::min(to.down() - 1, y + 1); ++v) {
-        for (int u = std::max(0, x - 1); u <= std::min(to.across() - 1, x + 1); ++u) {
-          const double measured = to.depth(u, v);
-          if (measured <= 0.0) continue;
-          any = true;
-          agrees = agrees || std::abs(measured - seen.inverse_depth) <= tolerance;
-          farther = farther && measured < seen.inverse_depth - tolerance;
-        }
-      }
-      if (!any) continue;
-      ++result.compared;
-      if (agrees) ++result.agreeing;
-      if (farther) ++result.through;
+      result.look(to.columnOf(seen.column), to.rowOf(seen.row), to.across(), to.down(),
+                  seen.inverse_depth,
+                  [&](int u, int v) { return std::pair(to.depth(u, v), tolerance); });
     }
   }
   return result;
@@ -179,10 +150,7 @@ double medianDepth(const Keyframe& key) {
   std::vector<double> depths;
   for (const FeatureSighting& sighting : key.sightings)
     depths.push_back(1.0 / sighting.inverse_depth);
-  if (depths.empty()) return 0.0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return depths.empty() ? 0.0 : detail::ranked(depths, depths.size() / 2);
 }
 
 }  // namespace
@@ -212,8 +180,8 @@ std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
   if (!motion.found()) return std::nullopt;
 
   const Pose& T_b_a = motion.T_now_before;
-  const DepthAgreement forward = depthsBeside(a, b, T_b_a);
-  const DepthAgreement back = depthsBeside(b, a, T_b_a.inverse());
+  const detail::DepthComparison forward = depthsBeside(a, b, T_b_a);
+  const detail::DepthComparison back = depthsBeside(b, a, T_b_a.inverse());
   Link link;
   link.kind = LinkKind::Loop;
   link.from_submap = a.submap;
@@ -238,7 +206,7 @@ std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
   shared << Vector3::Constant(std::pow(kSharedDepthError * medianDepth(b), 2)),
       Vector3::Constant(kSharedTurn * kSharedTurn);
   const Matrix6 covariance = motion.covariance + Matrix6(shared.asDiagonal());
-  const Matrix6 A = detail::adjoint(b.T_submap_keyframe);
+  const Matrix6 A = adjoint(b.T_submap_keyframe);
   const Matrix6 turned = A * covariance * A.transpose();
   link.covariance = 0.5 * (turned + turned.transpose());
   return link;

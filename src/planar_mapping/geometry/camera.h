@@ -77,6 +77,13 @@ struct PLANAR_MAPPING_EXPORT FeatureCamera {
 
   /// dz at depth \p z, metres.
   double depthError(double z) const { return depth_error + depth_error_growth * z * z; }
+  /// Takes focal lengths and principal point; the errors stay.
+  void setPinhole(const PinholeCamera& camera) {
+    fx = camera.fx;
+    fy = camera.fy;
+    cx = camera.cx;
+    cy = camera.cy;
+  }
   /// \throws ParameterError
   void validate() const;
 };

@@ -10,6 +10,7 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/localization/odometry/motion_estimation.h"
 #include "planar_mapping/localization/pose_evidence.h"
 #include "planar_mapping/localization/pose_search.h"
 #include "planar_mapping/stereo/opencv_threads.h"
@@ -145,11 +146,7 @@ class Localizer::Impl {
     result.T_submap_camera = T_submap_map * found->T_now_map.inverse();
     result.evidence = found->evidence;
     result.covariance_in_camera = found->covariance;
-    Matrix6 A = Matrix6::Zero();
-    const Matrix3 R = result.T_submap_camera.linear();
-    A.topLeftCorner<3, 3>() = R;
-    A.bottomRightCorner<3, 3>() = R;
-    A.topRightCorner<3, 3>() = crossMatrix(result.T_submap_camera.translation()) * R;
+    const Matrix6 A = adjoint(result.T_submap_camera);
     const Matrix6 turned = A * found->covariance * A.transpose();
     result.covariance = 0.5 * (turned + turned.transpose());
     result.is_keyframe = true;

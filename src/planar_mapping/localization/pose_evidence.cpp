@@ -14,11 +14,9 @@ constexpr double kAgreeFraction = 0.01;  // of the depth
 
 /// One way between two views.
 struct CellComparison {
-  double cells = 0.0;     ///< with depth
-  double seen = 0.0;      ///< of these, inside the other view
-  double compared = 0.0;  ///< of these, something is measured there
-  double agreeing = 0.0;
-  double through = 0.0;
+  double cells = 0.0;      ///< with depth
+  double seen = 0.0;       ///< of these, inside the other view
+  DepthComparison depths;  ///< of these
   double gray_products = 0.0;
   double gray_squares_from = 0.0;
   double gray_squares_to = 0.0;
@@ -26,16 +24,11 @@ struct CellComparison {
   void add(const CellComparison& o) {
     cells += o.cells;
     seen += o.seen;
-    compared += o.compared;
-    agreeing += o.agreeing;
-    through += o.through;
+    depths.add(o.depths);
     gray_products += o.gray_products;
     gray_squares_from += o.gray_squares_from;
     gray_squares_to += o.gray_squares_to;
   }
-  double agreement() const { return compared > 0.0 ? agreeing / compared : 0.0; }
-  /// One of few cells says less than many of many.
-  double seenThrough() const { return (through + 1.0) / (compared + 20.0); }
   double overlap() const { return cells > 0.0 ? seen / cells : 0.0; }
   double correlation() const {
     const double squares = gray_squares_from * gray_squares_to;
@@ -62,30 +55,16 @@ CellComparison compare(const View& from, const View& to, const Pose& T_to_from) 
                                cells.across - 1);
       const int y =
           std::clamp(static_cast<int>(std::lround(cells.placeOf(place.row))), 0, cells.down - 1);
-      bool any = false;
-      bool agrees = false;
-      bool farther = true;
-      for (int v = std::max(0, y - 1); v <= std::min(cells.down - 1, y + 1); ++v) {
-        for (int u = std::max(0, x - 1); u <= std::min(cells.across - 1, x + 1); ++u) {
-          const ViewCell& there = cells.at(u, v);
-          if (!there.hasDepth()) continue;
-          const double off = double{there.inverse_depth} - place.inverse_depth;
-          const double tolerance =
-              kAgreeSigmas *
-                  std::sqrt(double{there.sigma * there.sigma + cell.sigma * cell.sigma}) +
-              kAgreeFraction * place.inverse_depth;
-          any = true;
-          agrees = agrees || std::abs(off) <= tolerance;
-          farther = farther && off < -tolerance;
-        }
-      }
-      const ViewCell& there = cells.at(x, y);
-      if (any) {
-        sum.compared += 1.0;
-        if (agrees) sum.agreeing += 1.0;
-        if (farther) sum.through += 1.0;
-      }
-      if (!any || agrees) {
+      const DepthComparison::Depth depth =
+          sum.depths.look(x, y, cells.across, cells.down, place.inverse_depth, [&](int u, int v) {
+            const ViewCell& there = cells.at(u, v);
+            const double sigma =
+                std::sqrt(double{there.sigma * there.sigma + cell.sigma * cell.sigma});
+            return std::pair(double{there.inverse_depth},
+                             kAgreeSigmas * sigma + kAgreeFraction * place.inverse_depth);
+          });
+      if (depth != DepthComparison::Depth::Differs) {
+        const ViewCell& there = cells.at(x, y);
         sum.gray_products += double{cell.gray} * double{there.gray};
         sum.gray_squares_from += double{cell.gray} * double{cell.gray};
         sum.gray_squares_to += double{there.gray} * double{there.gray};
@@ -143,8 +122,8 @@ void weighCells(const LocalMap& map, const View& now, const Pose& T_now_map,
     back.add(returned);
     evidence.overlap = std::max(evidence.overlap, std::min(there.overlap(), returned.overlap()));
   }
-  evidence.agreement = std::min(forward.agreement(), back.agreement());
-  evidence.seen_through = std::max(forward.seenThrough(), back.seenThrough());
+  evidence.agreement = std::min(forward.depths.agreement(), back.depths.agreement());
+  evidence.seen_through = std::max(forward.depths.seenThrough(), back.depths.seenThrough());
   evidence.correlation = std::min(forward.correlation(), back.correlation());
 }
 

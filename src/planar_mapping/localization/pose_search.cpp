@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "planar_mapping/base/lists.h"
 #include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/localization/odometry/motion_refinement.h"
 #include "planar_mapping/localization/pose_evidence.h"
@@ -217,9 +218,8 @@ class PoseSearch {
   static double distinctness(const std::vector<FeaturePair>& pairs) {
     std::vector<std::size_t> now;
     for (const FeaturePair& pair : pairs) now.push_back(pair.now);
-    std::sort(now.begin(), now.end());
-    const auto distinct = std::unique(now.begin(), now.end()) - now.begin();
-    return static_cast<double>(pairs.size()) / static_cast<double>(distinct);
+    makeDistinct(now);
+    return static_cast<double>(pairs.size()) / static_cast<double>(now.size());
   }
 
   PoseCandidate weighed(const Pose& T_now_map) const {

@@ -145,10 +145,7 @@ DepthThere depthAt(const View& view, double column, double row) {
 
 View makeView(const LocalizerFrame& frame, const SensorNoise& noise) {
   View view;
-  view.camera.fx = frame.camera.fx;
-  view.camera.fy = frame.camera.fy;
-  view.camera.cx = frame.camera.cx;
-  view.camera.cy = frame.camera.cy;
+  view.camera.setPinhole(frame.camera);
   view.camera.pixel_error = noise.pixel;
   view.width = frame.gray.width;
   view.height = frame.gray.height;

@@ -4,19 +4,19 @@
 
 namespace planar_mapping {
 
-std::optional<KeyframeView> keyframeViewOf(const Frame& frame) {
+bool showsItsCloud(const Frame& frame) {
   const io::Image& left = frame.images.left;
-  if (!frame.camera || left.empty() || !frame.cloud->isOrganized() ||
-      left.width != static_cast<int>(frame.cloud->width) ||
-      left.height != static_cast<int>(frame.cloud->height))
-    return std::nullopt;
+  return frame.camera && !left.empty() && frame.cloud && frame.cloud->isOrganized() &&
+         left.width == static_cast<int>(frame.cloud->width) &&
+         left.height == static_cast<int>(frame.cloud->height);
+}
+
+std::optional<KeyframeView> keyframeViewOf(const Frame& frame) {
+  if (!showsItsCloud(frame)) return std::nullopt;
   KeyframeView view;
-  view.gray = io::toGray(left);
+  view.gray = io::toGray(frame.images.left);
   view.cloud = pointsOf(*frame.cloud);
-  view.camera.fx = frame.camera->fx;
-  view.camera.fy = frame.camera->fy;
-  view.camera.cx = frame.camera->cx;
-  view.camera.cy = frame.camera->cy;
+  view.camera.setPinhole(*frame.camera);
   if (frame.baseline) {
     StereoNoise noise;
     noise.baseline = *frame.baseline;

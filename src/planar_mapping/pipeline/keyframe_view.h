@@ -18,8 +18,10 @@ struct KeyframeView {
   FeatureCamera camera;
 };
 
-/// Once Images stages have made its cloud. Nothing where the frame has no image, or one that does
-/// not belong to its cloud pixel by pixel.
+/// Whether a frame has an image that belongs to its cloud pixel by pixel.
+PLANAR_MAPPING_EXPORT bool showsItsCloud(const Frame& frame);
+
+/// Once Images stages have made its cloud. Nothing where the image does not show the cloud.
 PLANAR_MAPPING_EXPORT std::optional<KeyframeView> keyframeViewOf(const Frame& frame);
 
 }  // namespace planar_mapping

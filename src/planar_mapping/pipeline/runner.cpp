@@ -9,14 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#ifdef PLANAR_MAPPING_HAS_ATLAS
-#include "planar_mapping/atlas/atlas_store.h"
-#endif
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/parallel.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
+#include "planar_mapping/pipeline/run_atlas.h"
 #include "planar_mapping/pipeline/run_statistics.h"
 #include "planar_mapping/pipeline/run_summary.h"
 #include "planar_mapping/pipeline/sequence_source.h"
@@ -69,9 +67,6 @@ class Run {
         directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
     result_.output = directory_.path();
   }
-  ~Run() { dropEmptyAtlas(); }
-  Run(const Run&) = delete;
-  Run& operator=(const Run&) = delete;
 
   RunResult execute() {
     if (options_.resume && hasEarlierResult() && isFinished()) {
@@ -82,7 +77,7 @@ class Run {
     for (const std::string& input : source_.names()) log("input " + input);
     for (const std::string& note : source_.notes()) log("input: " + note);
     if (const std::optional<ImagesUp> up = source_.meanUp()) pipeline_.setMeanUp(*up);
-    if (!options_.atlas.empty()) openAtlas();
+    atlas_.open(options_, source_.names());
     try {
       processFrames();
     } catch (const Error& error) {
@@ -160,81 +155,19 @@ class Run {
         (all ? " of " + std::to_string(*all) : std::string()) + " frames");
   }
 
-#ifdef PLANAR_MAPPING_HAS_ATLAS
-  void openAtlas() {
-    if (options_.resume)
-      throw InputError(options_.atlas + ": a run with an atlas cannot be resumed; run it again");
-    const int threads = pipeline_.configuration().settings.threads;
-    is_new_atlas_ = !fs::exists(options_.atlas);
-    AtlasData known;
-    if (is_new_atlas_) {
-      writeAtlas([&]() { store_ = AtlasStore::create(options_.atlas); });
-    } else {
-      known = loadAtlas(options_.atlas, threads);  // what cannot be read is no fault of writing
-      writeAtlas([&]() { store_ = AtlasStore::open(options_.atlas, AtlasAccess::Write); });
-    }
-    SubmapParams params;
-    params.frames = options_.submap_frames;
-    AtlasSession session;
-    for (const std::string& name : source_.names())
-      session.source += (session.source.empty() ? "" : ", ") + name;
-    session.configuration = effectiveYaml(pipeline_.configuration());
-    pipeline_.keepAtlas(params, std::move(session), std::move(known));
-  }
-
-  template <typename Write>
-  static void writeAtlas(const Write& write) {
-    try {
-      write();
-    } catch (const IoError& error) {
-      throw OutputError(error.what());
-    }
-  }
-
-  /// Each submap is one transaction. A disk that is full now may have room for the next.
+  /// A disk that is full now may have room for the next submap.
   void storeSubmaps() {
-    AtlasBuilder* const atlas = pipeline_.atlas();
-    if (atlas == nullptr || !store_) return;
-    const auto append = [this](const AtlasData& added, const AtlasData& solved) {
-      writeAtlas([&]() { store_->append(added, solved); });
-    };
     try {
-      if (atlas->store(append)) is_new_atlas_ = false;
+      atlas_.storeSubmaps();
     } catch (const OutputError& error) {
-      if (is_over_) throw;
       warn(std::string("a submap could not be saved on the way: ") + error.what());
     }
   }
 
   void closeAtlas() {
-    if (pipeline_.atlas() == nullptr) return;
-    is_over_ = true;
-    pipeline_.atlas()->finish();
-    storeSubmaps();
-    const AtlasData& data = pipeline_.atlas()->data();
-    const auto loops = std::count_if(data.links.begin(), data.links.end(), [](const Link& link) {
-      return link.kind == LinkKind::Loop && link.state == LinkState::Used;
-    });
-    log("atlas " + options_.atlas + ": " + std::to_string(data.submaps.size()) + " submaps, " +
-        std::to_string(data.keyframes.size()) + " keyframes, " + std::to_string(loops) +
-        " loops used");
+    const std::string has = atlas_.finish();
+    if (!has.empty()) log(has);
   }
-
-  /// An atlas without any submap is none.
-  void dropEmptyAtlas() {
-    if (!store_) return;
-    store_.reset();
-    std::error_code ignored;
-    if (is_new_atlas_) fs::remove(options_.atlas, ignored);
-  }
-#else
-  void openAtlas() {
-    throw InputError(options_.atlas + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
-  }
-  void storeSubmaps() {}
-  void closeAtlas() {}
-  void dropEmptyAtlas() {}
-#endif
 
   /// Whether a frame is read and its images are matched, another one sensed, and one integrated at
   /// the same time: with more than one thread, where the frames are there already.
@@ -367,7 +300,7 @@ class Run {
   void save(bool on_the_way) {
     const PlanarMap& map = pipeline_.map();
     const Configuration& configuration = pipeline_.configuration();
-    const std::vector<detail::MapPlace> places = placesOfSubmaps();
+    const std::vector<detail::MapPlace> places = atlas_.places();
     auto metrics = statistics_.metrics(configuration, map, places);
     metrics["interrupted"] = on_the_way;
     std::string bytes;
@@ -387,7 +320,7 @@ class Run {
     result_.summary = detail::summaryOf(configuration, metrics);
     log("saved to " + directory_.path() + ": " + result_.summary);
     std::vector<io::StampedPose> trajectory;
-    for (const auto& [timestamp, pose] : posesOfFrames())
+    for (const auto& [timestamp, pose] : atlas_.trajectory())
       trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
     // Frames that were left out at first come last in the map.
     if (!warned_of_time_) {
@@ -408,30 +341,7 @@ class Run {
     directory_.commit(files);
   }
 
-  /// Of this session.
-  std::vector<detail::MapPlace> placesOfSubmaps() const {
-    std::vector<detail::MapPlace> places;
-#ifdef PLANAR_MAPPING_HAS_ATLAS
-    if (pipeline_.atlas() == nullptr) return places;
-    const AtlasData& data = pipeline_.atlas()->data();
-    for (const Submap& submap : data.submaps)
-      if (submap.session == data.sessions.back().id)
-        places.push_back({submap.map.get(), submap.id, submap.component, submap.T_world_submap});
-#endif
-    return places;
-  }
-
-  /// Without those of earlier sessions.
-  std::vector<std::pair<double, Pose>> posesOfFrames() const {
-#ifdef PLANAR_MAPPING_HAS_ATLAS
-    if (pipeline_.atlas() != nullptr) return pipeline_.atlas()->trajectory();
-#endif
-    return pipeline_.map().trajectory();
-  }
-
-  bool mayReplace() const {
-    return statistics_.frames() >= earlier_frames_;
-  }
+  bool mayReplace() const { return statistics_.frames() >= earlier_frames_; }
 
   void requireMap() const {
     if (statistics_.usedFrames() > 0) return;
@@ -442,9 +352,7 @@ class Run {
                      (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
 
-  bool stopRequested() const {
-    return options_.stop != nullptr && *options_.stop;
-  }
+  bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
   void log(const std::string& line) {
     log_text_ += line + "\n";
     if (options_.log) options_.log(line);
@@ -458,6 +366,7 @@ class Run {
   const RunOptions& options_;
   const bool from_files_;
   Pipeline pipeline_;
+  detail::RunAtlas atlas_{pipeline_};
   FrameSource& source_;
 #ifdef PLANAR_MAPPING_HAS_STEREO
   /// Several frames are at work at once.
@@ -472,11 +381,6 @@ class Run {
   bool warned_of_sensor_ = false;
   Clock::time_point next_checkpoint_;
   RunResult result_;
-#ifdef PLANAR_MAPPING_HAS_ATLAS
-  std::optional<AtlasStore> store_;
-  bool is_new_atlas_ = false;  ///< nothing was written into it yet
-  bool is_over_ = false;       ///< no frame follows
-#endif
   std::future<std::vector<Processed>> at_work_;  ///< the frame that is being integrated
   std::future<Read> ahead_;                      ///< the next frame
 };

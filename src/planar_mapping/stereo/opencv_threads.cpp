@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
+#include <optional>
 
 #include "planar_mapping/base/parallel.h"
 
@@ -15,17 +16,18 @@ std::mutex mutex;
 int users = 0;
 int before = 0;  // threads, of the first user
 
-void enter(int threads) {
+/// \param threads  nothing = as many as there are
+void enter(std::optional<int> threads) {
   const std::lock_guard<std::mutex> lock(mutex);
   if (users++ > 0) return;
   before = cv::getNumThreads();
-  if (threads != before) cv::setNumThreads(threads);
+  if (threads.value_or(before) != before) cv::setNumThreads(*threads);
 }
 
 }  // namespace
 
 OpenCvThreads::OpenCvThreads() {
-  enter(cv::getNumThreads());
+  enter(std::nullopt);
 }
 
 // More threads than cores only make its scheduler complain on the terminal.

@@ -58,10 +58,7 @@ inline AtlasBuilder::Update addView(AtlasBuilder& builder, std::size_t number,
   seen.T_session_sensor = T_session_sensor;
   if (with_image) seen.gray = &view.gray;
   seen.cloud = observation.points;
-  seen.camera.fx = view.camera.fx;
-  seen.camera.fy = view.camera.fy;
-  seen.camera.cx = view.camera.cx;
-  seen.camera.cy = view.camera.cy;
+  seen.camera.setPinhole(view.camera);
   return builder.add(seen);
 }
 

@@ -19,10 +19,7 @@ constexpr int kTurn = 24;  // frames
 
 Keyframe keyframeOf(const test::PaintedView& view) {
   FeatureCamera camera;
-  camera.fx = view.camera.fx;
-  camera.fy = view.camera.fy;
-  camera.cx = view.camera.cx;
-  camera.cy = view.camera.cy;
+  camera.setPinhole(view.camera);
   return makeKeyframe(view.gray, view.frame().points, camera);
 }
 

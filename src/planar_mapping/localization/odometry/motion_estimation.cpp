@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/localization/odometry/motion_refinement.h"
 
 namespace planar_mapping {
@@ -328,6 +329,15 @@ Vector6 motionDifference(const Pose& from, const Pose& to) {
   Vector6 step;
   step << difference.translation(), turn.angle() * turn.axis();
   return step;
+}
+
+Matrix6 adjoint(const Pose& T) {
+  const Matrix3 R = T.linear();
+  Matrix6 A = Matrix6::Zero();
+  A.topLeftCorner<3, 3>() = R;
+  A.bottomRightCorner<3, 3>() = R;
+  A.topRightCorner<3, 3>() = crossMatrix(T.translation()) * R;
+  return A;
 }
 
 }  // namespace planar_mapping

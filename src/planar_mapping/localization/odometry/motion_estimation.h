@@ -95,5 +95,7 @@ PLANAR_MAPPING_EXPORT bool rigidMotion(const std::vector<Vector3>& p, const std:
 PLANAR_MAPPING_EXPORT Pose motionStep(const Vector6& step);
 /// The xi with motionStep(xi) * from = to.
 PLANAR_MAPPING_EXPORT Vector6 motionDifference(const Pose& from, const Pose& to);
+/// Ad(T): motionStep(adjoint(T) * xi) * T = T * motionStep(xi) to first order.
+PLANAR_MAPPING_EXPORT Matrix6 adjoint(const Pose& T);
 
 }  // namespace planar_mapping

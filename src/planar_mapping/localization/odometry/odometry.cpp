@@ -28,12 +28,8 @@ constexpr double kDrift = 0.1;
 
 /// Covariance of a motion a after a motion b.
 Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
-  const Matrix3 R = a.linear();
-  Matrix6 adjoint = Matrix6::Zero();
-  adjoint.topLeftCorner<3, 3>() = R;
-  adjoint.topRightCorner<3, 3>() = crossMatrix(a.translation()) * R;
-  adjoint.bottomRightCorner<3, 3>() = R;
-  return of_a + adjoint * of_b * adjoint.transpose();
+  const Matrix6 A = adjoint(a);
+  return of_a + A * of_b * A.transpose();
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "planar_mapping/map/integration/frame.h"
+#include "planar_mapping/map/integration/placed_cells.h"
 #include "planar_mapping/map/store/belief.h"
 #include "planar_mapping/map/store/lattice.h"
 #include "planar_mapping/map/store/surface_band.h"
@@ -292,16 +293,13 @@ bool isCovered(const MapData& map, const CellBlock& block, std::size_t bit, cons
     return std::any_of(covers.begin(), covers.end(),
                        [&](const Cover* cover) { return cover->contains(p, margin, a, b); });
   };
-  const double x = cell.x, y = cell.y, z = cell.z;
   if (!map.isCompact()) {
-    const double middle[3] = {x + 0.5, y + 0.5, z + 0.5};
+    const double middle[3] = {cell.x + 0.5, cell.y + 0.5, cell.z + 0.5};
     return anyContains(middle, 0.0);
   }
   bool is_covered = true;
-  forEachBit(block.octants(bit), [&](std::size_t i) {
-    const double part[3] = {x + 0.25 + 0.5 * (i & 1u), y + 0.25 + 0.5 * (i >> 1u & 1u),
-                            z + 0.25 + 0.5 * (i >> 2u)};
-    is_covered = is_covered && anyContains(part, map.params.approximation.absorption);
+  forEachPartOf(map, block, bit, cell, [&](const Vector3& part) {
+    is_covered = is_covered && anyContains(part.data(), map.params.approximation.absorption);
   });
   return is_covered;
 }

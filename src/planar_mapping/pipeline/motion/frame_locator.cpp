@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "planar_mapping/pipeline/keyframe_view.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -52,10 +54,9 @@ void FrameLocator::lookAt([[maybe_unused]] const Frame& frame) {
   cloud_reason_.clear();
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (frame.images_changed) startViews();
-  const bool seen = frame.camera && !frame.images.left.empty() &&
-                    static_cast<int>(frame.cloud->width) == frame.images.left.width &&
-                    static_cast<int>(frame.cloud->height) == frame.images.left.height;
-  view_ = seen ? views_->see(frame.images.left, pointsOf(*frame.cloud), *frame.camera) : nullptr;
+  view_ = showsItsCloud(frame)
+              ? views_->see(frame.images.left, pointsOf(*frame.cloud), *frame.camera)
+              : nullptr;
 #endif
 }
 

@@ -4,12 +4,13 @@
 
 #include <string>
 
+#include "planar_mapping/pipeline/keyframe_view.h"
 #include "planar_mapping/pipeline/rounded.h"
 
 namespace planar_mapping::detail {
 
 void SubmapLocator::place(Frame& frame, const Pose& T_world_start, const Matrix6* step_covariance) {
-  if (frame.images.left.empty() || !frame.camera || !frame.cloud) {
+  if (!showsItsCloud(frame)) {
     frame.skip_reason = "method: submaps needs an image and an organized cloud of its size";
     return;
   }

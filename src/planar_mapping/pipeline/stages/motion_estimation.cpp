@@ -115,12 +115,7 @@ void MotionEstimationStage::process(Frame& frame) {
 
 void MotionEstimationStage::prepare(const Frame& frame) {
   FeatureCamera& camera = keys_.odometry.camera;
-  if (frame.camera) {
-    camera.fx = frame.camera->fx;
-    camera.fy = frame.camera->fy;
-    camera.cx = frame.camera->cx;
-    camera.cy = frame.camera->cy;
-  }
+  if (frame.camera) camera.setPinhole(*frame.camera);
   if (const std::optional<StereoNoise> noise = keys_.noise.optionalNoise()) {
     camera.depth_error = 0.0;
     camera.depth_error_growth = noise->disparity_error / (noise->baseline * noise->focal_length);

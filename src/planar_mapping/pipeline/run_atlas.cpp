@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/pipeline/run_atlas.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/pipeline/output.h"
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+#include "planar_mapping/atlas/atlas_store.h"
+#endif
+
+namespace planar_mapping::detail {
+
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+
+namespace {
+
+/// What cannot be written is a fault of the output.
+template <typename Write>
+void writing(const Write& write) {
+  try {
+    write();
+  } catch (const IoError& error) {
+    throw OutputError(error.what());
+  }
+}
+
+}  // namespace
+
+struct RunAtlas::Store {
+  std::string path;
+  bool is_empty = false;  ///< it is new, and nothing was written into it yet
+  std::optional<AtlasStore> file;
+};
+
+RunAtlas::~RunAtlas() {
+  if (!store_ || !store_->file) return;
+  store_->file.reset();
+  std::error_code ignored;
+  if (store_->is_empty) std::filesystem::remove(store_->path, ignored);
+}
+
+void RunAtlas::open(const RunOptions& options, const std::vector<std::string>& inputs) {
+  if (options.atlas.empty()) return;
+  if (options.resume)
+    throw InputError(options.atlas + ": a run with an atlas cannot be resumed; run it again");
+  store_ = std::make_unique<Store>();
+  store_->path = options.atlas;
+  store_->is_empty = !std::filesystem::exists(options.atlas);
+  AtlasData known;
+  if (store_->is_empty) {
+    writing([&]() { store_->file = AtlasStore::create(options.atlas); });
+  } else {
+    known = loadAtlas(options.atlas, pipeline_.configuration().settings.threads);
+    writing([&]() { store_->file = AtlasStore::open(options.atlas, AtlasAccess::Write); });
+  }
+  SubmapParams params;
+  params.frames = options.submap_frames;
+  AtlasSession session;
+  for (const std::string& name : inputs)
+    session.source += (session.source.empty() ? "" : ", ") + name;
+  session.configuration = effectiveYaml(pipeline_.configuration());
+  pipeline_.keepAtlas(params, std::move(session), std::move(known));
+}
+
+void RunAtlas::storeSubmaps() {
+  if (pipeline_.atlas() == nullptr) return;
+  const bool any =
+      pipeline_.atlas()->store([this](const AtlasData& added, const AtlasData& solved) {
+        writing([&]() { store_->file->append(added, solved); });
+      });
+  if (any) store_->is_empty = false;
+}
+
+std::string RunAtlas::finish() {
+  if (pipeline_.atlas() == nullptr) return "";
+  pipeline_.atlas()->finish();
+  storeSubmaps();
+  const AtlasData& data = pipeline_.atlas()->data();
+  const auto loops = std::count_if(data.links.begin(), data.links.end(), [](const Link& link) {
+    return link.kind == LinkKind::Loop && link.state == LinkState::Used;
+  });
+  return "atlas " + store_->path + ": " + std::to_string(data.submaps.size()) + " submaps, " +
+         std::to_string(data.keyframes.size()) + " keyframes, " + std::to_string(loops) +
+         " loops used";
+}
+
+std::vector<MapPlace> RunAtlas::places() const {
+  std::vector<MapPlace> places;
+  if (pipeline_.atlas() == nullptr) return places;
+  const AtlasData& data = pipeline_.atlas()->data();
+  for (const Submap& submap : data.submaps)
+    if (submap.session == data.sessions.back().id)
+      places.push_back({submap.map.get(), submap.id, submap.component, submap.T_world_submap});
+  return places;
+}
+
+std::vector<std::pair<double, Pose>> RunAtlas::trajectory() const {
+  return pipeline_.atlas() == nullptr ? pipeline_.map().trajectory()
+                                      : pipeline_.atlas()->trajectory();
+}
+
+#else
+
+struct RunAtlas::Store {};
+
+RunAtlas::~RunAtlas() = default;
+
+void RunAtlas::open(const RunOptions& options, const std::vector<std::string>&) {
+  if (!options.atlas.empty())
+    throw InputError(options.atlas + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
+}
+
+void RunAtlas::storeSubmaps() {}
+
+std::string RunAtlas::finish() {
+  return "";
+}
+
+std::vector<MapPlace> RunAtlas::places() const {
+  return {};
+}
+
+std::vector<std::pair<double, Pose>> RunAtlas::trajectory() const {
+  return pipeline_.map().trajectory();
+}
+
+#endif
+
+RunAtlas::RunAtlas(Pipeline& pipeline) : pipeline_(pipeline) {}
+
+}  // namespace planar_mapping::detail
