@@ -4,7 +4,7 @@
     scripts/motion_table.py DATA... [--bin build/bin] [--thin 1,2,3,5,8] [--starts] [--only ours|peer] [--verbose]
 
 DATA are sequence folders with poses.txt, or folders of such. Every n-th frame is taken, with motion_estimation.poses=ignore.
-A step leads from a frame to the next one that was placed. It is right if it is wrong by at most 5 degrees and 10 cm plus 5 % of its length.
+A step leads from a frame to the next one of its component (trajectory_tum.N.txt). It is right if it is wrong by at most 5 degrees and 10 cm plus 5 % of its length.
 """
 import argparse
 import concurrent.futures
@@ -74,12 +74,13 @@ def ours(binaries, folder, thin, start):
         subprocess.run([os.path.join(binaries, "planar_map"), "run", configuration, "-i", folder, "-o", out, "--force", "-q", "-j", "1",
                         "--frames", f"{start}::{thin}", "--set", "motion_estimation.poses=ignore"],
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-        trajectory = os.path.join(out, "trajectory_tum.txt")
-        found = lines_of(trajectory) if os.path.exists(trajectory) else []
+        components = [lines_of(os.path.join(out, name)) for name in sorted(os.listdir(out)) if name.startswith("trajectory_tum.")]
     stamps = [float(words[0]) for words in lines_of(os.path.join(folder, "poses.txt"))[start::thin]]
-    placed = sorted((min(range(len(stamps)), key=lambda i: abs(stamps[i] - float(words[0]))), pose_of(words[1:8]))
-                    for words in found)
-    return [(a[0], b[0], between(a[1], b[1])) for a, b in zip(placed, placed[1:])]
+    steps = []
+    for found in components:
+        placed = sorted((min(range(len(stamps)), key=lambda i: abs(stamps[i] - float(words[0]))), pose_of(words[1:8])) for words in found)
+        steps += [(a[0], b[0], between(a[1], b[1])) for a, b in zip(placed, placed[1:])]
+    return sorted(steps)
 
 
 def peer(binaries, folder, thin, _):

@@ -84,6 +84,29 @@ struct Placed {
   Pose truth;
 };
 
+/// Counts a step between two frames of a submap.
+void judge(const Placed& before, const Placed& now, double ms, bool verbose, Row& row) {
+  const Pose true_step = before.truth.inverse() * now.truth;
+  const Pose step = before.found.T_submap_camera.inverse() * now.found.T_submap_camera;
+  const double metres = (true_step.inverse() * step).translation().norm();
+  const double turn = rotationAngle((true_step.inverse() * step).linear());
+  const bool right =
+      turn <= 5.0 * kRadiansPerDegree && metres <= 0.1 + 0.05 * true_step.translation().norm();
+  ++(right ? row.right : row.wrong);
+  row.step_rms += metres * metres;
+  row.turn_rms += turn * turn;
+  if (!verbose) return;
+  const PoseEvidence& e = now.found.evidence;
+  std::printf(
+      "  %zu->%zu %s %.3f m %.2f deg (of %.2f m %.1f deg) in %zu of %zu off %zu agree "
+      "%.2f thr %.3f ov %.2f zncc %.2f rival %.2f odds %.2f %.0f ms%s%s\n",
+      before.frame, now.frame, right ? "right" : "WRONG", metres, turn / kRadiansPerDegree,
+      true_step.translation().norm(), rotationAngle(true_step.linear()) / kRadiansPerDegree,
+      e.inliers, e.expected, e.off_plane, e.agreement, e.seen_through, e.overlap, e.correlation,
+      e.rival, e.log_odds, ms, now.found.is_keyframe ? " key" : "",
+      now.found.begins_submap ? " joined a step later" : "");
+}
+
 Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration, std::size_t every,
             bool verbose) {
   LocalizerParams params;
@@ -108,27 +131,18 @@ Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration
     row.most_ms = std::max(row.most_ms, ms);
     row.keyframes += found.is_keyframe ? 1 : 0;
     std::vector<Placed>& placed = submaps[found.submap];
-    if (!placed.empty()) {
-      const Placed& before = placed.back();
-      const Pose true_step = before.truth.inverse() * input.truth;
-      const Pose step = before.found.T_submap_camera.inverse() * found.T_submap_camera;
-      const double metres = (true_step.inverse() * step).translation().norm();
-      const double turn = rotationAngle((true_step.inverse() * step).linear());
-      const bool right =
-          turn <= 5.0 * kRadiansPerDegree && metres <= 0.1 + 0.05 * true_step.translation().norm();
-      ++(right ? row.right : row.wrong);
-      row.step_rms += metres * metres;
-      row.turn_rms += turn * turn;
-      if (verbose) {
-        const PoseEvidence& e = found.evidence;
-        std::printf(
-            "  %zu->%zu %s %.3f m %.2f deg (of %.2f m %.1f deg) in %zu of %zu off %zu agree "
-            "%.2f thr %.3f ov %.2f zncc %.2f rival %.2f odds %.2f %.0f ms%s\n",
-            before.frame, frames, right ? "right" : "WRONG", metres, turn / kRadiansPerDegree,
-            true_step.translation().norm(), rotationAngle(true_step.linear()) / kRadiansPerDegree,
-            e.inliers, e.expected, e.off_plane, e.agreement, e.seen_through, e.overlap,
-            e.correlation, e.rival, e.log_odds, ms, found.is_keyframe ? " key" : "");
+    if (found.joined) {
+      for (Placed& one : submaps[found.joined->submap]) {
+        one.found.T_submap_camera = found.joined->T_other_submap * one.found.T_submap_camera;
+        if (!placed.empty() && one.frame == submaps[found.joined->submap].front().frame)
+          judge(placed.back(), one, 0.0, verbose, row);
+        placed.push_back(one);
       }
+      submaps.erase(found.joined->submap);
+    }
+    const Placed now{frames, found, input.truth};
+    if (!placed.empty()) {
+      judge(placed.back(), now, ms, verbose, row);
     } else if (verbose) {
       const PoseEvidence& e = found.evidence;
       std::printf(
@@ -137,7 +151,7 @@ Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration
           frames, found.submap, e.inliers, e.expected, e.off_plane, e.agreement, e.seen_through,
           e.overlap, e.correlation, e.rival, e.log_odds);
     }
-    placed.push_back({frames, found, input.truth});
+    placed.push_back(now);
     ++frames;
   }
   row.steps = frames - 1;

@@ -110,16 +110,57 @@ TEST_F(AtlasRuns, ASessionElsewhereStaysAComponentOfItsOwn) {
   EXPECT_TRUE(first == read("again.pmap"));
 }
 
-TEST_F(AtlasRuns, PosesAreFoundAgainstTheKeyframesOfASubmap) {
-  const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore", "--set",
-                                          "motion_estimation.method=submaps"};
-  expectExit(0, run("one", joined(found, {"--atlas", file_, "-j", "1"})));
+TEST_F(AtlasRuns, ARunThatFindsPosesKeepsItsAtlasBesideTheMap) {
+  const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore", "--force"};
+  expectExit(0, run("one", joined(found, {"-j", "1"})));
   const Json metrics = Json::parse(read("one/metrics.json"));
   EXPECT_EQ(0, metrics["frames_skipped"]);
+  EXPECT_EQ(0, metrics["frames_elsewhere"]);
   EXPECT_LT(metrics["motion_error"]["absolute_rms_m"], 0.02) << metrics["motion_error"];
-  EXPECT_GE(info(file_)["links"]["loop"], 5);
+  EXPECT_GE(info(directory_ / "one/map.atlas")["links"]["loop"], 5);
+  expectSameMap("one/map.pmap", "one/map.atlas");
   expectExit(0, run("two", joined(found, {"--atlas", directory_ / "two.atlas", "-j", "2"})));
+  EXPECT_FALSE(exists("two/map.atlas"));
   EXPECT_TRUE(read("one/map.pmap") == read("two/map.pmap"));
+  // Another run begins anew.
+  expectExit(0, run("one", joined(found, {"--frames", ":6"})));
+  EXPECT_EQ(2, info(directory_ / "one/map.atlas")["submaps"]);
+  expectExit(0, run("given", {}));
+  EXPECT_FALSE(exists("given/map.atlas"));
+}
+
+/// A camera that is carried elsewhere without seeing the way.
+TEST_F(AtlasRuns, FramesThatNothingJoinsAreAComponentOfTheirOwn) {
+  namespace fs = std::filesystem;
+  const fs::path sequence = directory_ / "two_places";
+  const SimulatedRgbd* const places[] = {&corridor(), &room()};
+  std::size_t number = 0;
+  for (const char* const kind : {"rgb", "depth"}) fs::create_directories(sequence / kind);
+  fs::copy(fs::path(room().path()) / "calib.yaml", sequence / "calib.yaml");
+  for (const SimulatedRgbd* const place : places) {
+    for (int i = 0; i < 3; ++i, ++number) {
+      for (const char* const kind : {"rgb", "depth"}) {
+        const auto name = [](std::size_t k) {
+          char text[16];
+          std::snprintf(text, sizeof(text), "%06zu.png", k);
+          return std::string(text);
+        };
+        fs::copy(fs::path(place->path()) / kind / name(static_cast<std::size_t>(i)),
+                 sequence / kind / name(number));
+      }
+    }
+  }
+  const std::vector<std::string> arguments = {"run", sequence, "-o", directory_ / "out", "--force"};
+  fs::create_directories(directory_ / "out");
+  write("out/trajectory_tum.7.txt", "of an earlier run");
+  const ProgramResult result = expectExit(0, planarMap(arguments));
+  EXPECT_NE(std::string::npos, result.err.find("3 of 6 frames are not in this map")) << result.err;
+  EXPECT_EQ(2u, info(directory_ / "out/map.atlas")["components"].size());
+  EXPECT_EQ(3u, io::readTumPoses(directory_ / "out/trajectory_tum.txt").size());
+  EXPECT_EQ(3u, io::readTumPoses(directory_ / "out/trajectory_tum.1.txt").size());
+  EXPECT_FALSE(exists("out/trajectory_tum.7.txt"));
+  const std::string rows = read("out/frames.csv");
+  EXPECT_EQ(",1,1\n", rows.substr(rows.size() - 5)) << rows;
 }
 
 TEST_F(AtlasRuns, ThreadsChangeNothing) {

@@ -67,16 +67,6 @@ TEST_F(BadStereoInput, CalibrationOfAnotherImageIsRefused) {
   }
 }
 
-TEST_F(BadStereoInput, OnePairNeedsNoFeaturesForTheNext) {
-  writeCorridor({0, 1});
-  const std::vector<std::string> most = {"--set", "motion_estimation.min_matches=5000"};
-  const ProgramResult both = runStereo(most);
-  EXPECT_NE(std::string::npos, both.err.find("to start from, 5000 are needed")) << both.err;
-  for (const char* side : {"left", "right"}) fs::remove(imagePath(side, 1));
-  expectExit(0, runStereo(most));
-  EXPECT_EQ(1u, trajectory().size());
-}
-
 TEST_F(BadStereoInput, JumpsOfTheExposureMoveNoPose) {
   // Every other pair is darker by half, as after a door that opens to the light.
   const std::vector<std::size_t> frames = {0, 1, 2, 3, 4, 5, 6, 7};

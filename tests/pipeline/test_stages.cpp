@@ -297,36 +297,6 @@ TEST(Stages, IgnoredPosesAreNoIdentityOfFeatures) {
   }
 }
 
-/// Seats look alike in depth; what is on them does not.
-TEST(Stages, ACloudDoesNotPlaceAFrameWhoseFeaturesAreElsewhere) {
-  const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 0.4));
-  const auto width = static_cast<std::size_t>(view.camera.width);
-  for (const bool elsewhere : {false, true}) {
-    Pipeline pipeline = pipelineOf("  - stage: motion_estimation\n");
-    FrameReport report;
-    for (std::size_t number = 0; number < 2; ++number) {
-      Frame frame = frameOf(view);
-      frame.number = number;
-      frame.given_pose.reset();
-      frame.image_doubtful = number > 0;
-      const std::size_t size = frame.cloud->size();
-      for (std::size_t i = 0; i < size; i += 997) {
-        // The second time each where another one was.
-        const std::size_t at = elsewhere && number > 0 ? (i * 7 + size / 3) % size : i;
-        const auto& point = (*frame.cloud)[at];
-        if (!std::isfinite(point.z)) continue;
-        frame.key_features.push_back(
-            {static_cast<std::int64_t>(i), static_cast<int>(number) + 1,
-             static_cast<float>(at % width), static_cast<float>(at / width),
-             std::numeric_limits<float>::quiet_NaN(), Vector3(point.x, point.y, point.z)});
-      }
-      ASSERT_GT(frame.key_features.size(), 20u);
-      report = pipeline.process(frame);
-    }
-    EXPECT_EQ(report.skip_reason.empty(), !elsewhere) << report.skip_reason;
-  }
-}
-
 /// The robot looks the same in every scan: it would say that nothing moves.
 TEST(Stages, MotionIsFoundWithoutThePointsThatAreCutBeforeIt) {
   const std::string cut =
@@ -335,7 +305,7 @@ TEST(Stages, MotionIsFoundWithoutThePointsThatAreCutBeforeIt) {
   const auto placesOf = [](const std::string& first, bool robot) {
     Pipeline pipeline =
         pipelineOf(first +
-                   "  - stage: motion_estimation\n    clouds: on\n    start: identity\n"
+                   "  - stage: motion_estimation\n    start: identity\n"
                    "  - stage: multi_plane_segmentation\n  - stage: planar_cuboid_approximation\n");
     std::vector<Vector3> places;
     for (std::size_t number = 0; number < 3; ++number) {

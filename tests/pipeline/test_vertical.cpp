@@ -77,7 +77,6 @@ TEST(Vertical, OfAWorldThatBeginsWithTheFirstFrameIsZ) {
       test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 55.0 * M_PI / 180.0));
   Frame frame = frameOf(view);
   frame.given_pose.reset();
-  frame.is_only = true;
   Pipeline pipeline =
       pipelineOf(std::string("  - stage: motion_estimation\n    poses: ignore\n") + kStages);
   pipeline.process(frame);
@@ -123,7 +122,6 @@ Frame frameAt(std::size_t number, double x, bool is_dark, double period = kPanel
 
 Pipeline pipelineWithMotion() {
   return pipelineOf(
-      "  - stage: key_features\n    detector: orb\n    registered: true\n"
       "  - stage: motion_estimation\n    poses: ignore\n  - stage: multi_plane_segmentation\n"
       "  - stage: planar_cuboid_approximation\n");
 }
@@ -145,42 +143,8 @@ TEST(RepeatingWall, ALostCameraIsNotTakenBackByAPanel) {
       check(frame);
       before += i < 5 ? 1u : 0u;
     }
-    for (const auto& [placed, report] : pipeline.takePlacedAgain()) check(placed);
   }
   EXPECT_LE(4u, before);
-}
-
-/// The last of the frames that were left out sees most of what the one that was placed sees, and
-/// the one before it most of what it sees.
-TEST(RepeatingWall, LeftOutFramesAreTriedAgainFromTheLatestOn) {
-  Pipeline pipeline = pipelineWithMotion();
-  std::vector<double> found;
-  const std::vector<double> walk{0.0, 0.3, 3.0, 2.4, 1.8, 1.2};
-  for (std::size_t i = 0; i < walk.size(); ++i) {
-    Frame frame = frameAt(i, walk[i], false, 0.0);
-    EXPECT_EQ(i < 2 || i == 5, pipeline.process(frame).skip_reason.empty()) << i;
-    for (const auto& [placed, report] : pipeline.takePlacedAgain()) {
-      EXPECT_NEAR(placed.T_world_sensor.translation().norm(), walk[placed.number], 0.1);
-      found.push_back(walk[placed.number]);
-    }
-  }
-  EXPECT_EQ(found, (std::vector<double>{1.8, 2.4, 3.0}));
-}
-
-/// Nothing would be known by a first image without features; but a camera may see none for long.
-TEST(RepeatingWall, AnImageWithoutFeaturesBeginsTheMapOnlyWhereNoBetterOneFollows) {
-  for (const std::size_t dark : {2, 5, 8}) {
-    const std::size_t waits = std::min<std::size_t>(dark, 5);
-    Pipeline pipeline = pipelineWithMotion();
-    for (std::size_t i = 0; i <= waits; ++i) {
-      Frame frame = frameAt(i, 0.1 * static_cast<double>(i), i < dark);
-      EXPECT_EQ(i < waits, !pipeline.process(frame).skip_reason.empty()) << i << " of " << dark;
-    }
-  }
-  Pipeline pipeline = pipelineWithMotion();
-  Frame last = frameAt(0, 0.0, true);
-  last.is_last = true;
-  EXPECT_EQ("", pipeline.process(last).skip_reason);
 }
 
 // Scans, which have no features: what their clouds say of given poses, and of none.

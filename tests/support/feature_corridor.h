@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "planar_mapping/base/random.h"
-#include "planar_mapping/localization/odometry/odometry.h"
+#include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping::test {
 
@@ -100,12 +100,6 @@ class FeatureCorridor {
   Random random_;
   std::vector<Vector3> points_;
 };
-
-inline OdometryParams worldParams() {
-  OdometryParams params;
-  params.camera = FeatureCorridor::camera();
-  return params;
-}
 
 /// Metres.
 inline double positionError(const Pose& a, const Pose& b) {

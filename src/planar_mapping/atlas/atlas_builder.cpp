@@ -62,16 +62,16 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
   stored_ = earlier_ = data_.submaps.size();
 }
 
-PlanarMap& AtlasBuilder::mapForNext() {
+PlanarMap& AtlasBuilder::mapForNext(std::size_t track) {
   const bool is_full = open_ && (open_->frames() >= static_cast<std::size_t>(params_.frames) ||
                                  path_ >= params_.path);
-  if (!open_ || is_full || is_lost_) begin();
+  if (!open_ || is_full || track != open_track_) begin(track);
   is_joined_ = false;
   return *open_;
 }
 
-/// The next submap lies where the last one of the session does: what moved that moved all after it.
-void AtlasBuilder::begin() {
+/// The next submap lies where the last one of its track does: what moved that moved all after it.
+void AtlasBuilder::begin(std::size_t track) {
   Submap next;
   next.id = detail::nextId(data_.submaps);
   next.session = session_;
@@ -81,8 +81,9 @@ void AtlasBuilder::begin() {
     const Submap& last = data_.submaps.back();
     joined_.set(static_cast<std::int32_t>(last.id), last.map, last.T_world_submap);
   }
-  if (open_ && !is_lost_) {
-    const Submap& last = data_.submaps.back();
+  const auto [known, is_new] = tracks_.try_emplace(track);
+  if (!is_new) {
+    const Submap& last = detail::rowOf(data_.submaps, known->second.submap);
     next.component = last.component;
     next.T_world_submap = last.T_world_submap;
     Link link;
@@ -91,42 +92,42 @@ void AtlasBuilder::begin() {
     link.from_submap = last.id;
     link.to_submap = next.id;
     data_.links.push_back(link);  // its covariance takes the step into the submap
-    is_entering_ = true;
   }
+  is_entering_ = !is_new;
+  known->second.submap = next.id;
+  open_track_ = track;
   open_ = std::make_shared<PlanarMap>(map_params_);
   next.map = open_;
   data_.submaps.push_back(std::move(next));
   last_keyframe_.reset();
-  is_lost_ = false;
   path_ = 0.0;
-}
-
-void AtlasBuilder::loseTrack() {
-  last_frame_.reset();
-  drift_.setZero();
-  is_lost_ = open_ != nullptr;
 }
 
 AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   Update update;
-  if (last_frame_) {
-    const Pose step = seen.T_session_sensor.inverse() * *last_frame_;
+  Track& track = tracks_.at(open_track_);
+  if (track.last_frame) {
+    const Pose step = seen.T_track_sensor.inverse() * *track.last_frame;
     path_ += step.translation().norm();
     const Matrix6 moved = adjoint(step);
-    drift_ = moved * drift_ * moved.transpose();
-    drift_.diagonal() += varianceOf(step, !seen.step_covariance);
-    if (seen.step_covariance) drift_ += *seen.step_covariance;
+    track.drift = moved * track.drift * moved.transpose();
+    track.drift.diagonal() += varianceOf(step, !seen.step_covariance);
+    if (seen.step_covariance) track.drift += *seen.step_covariance;
   }
   if (is_entering_) {
-    const Matrix6 A = adjoint(seen.T_session_sensor);
-    data_.links.back().covariance = A * drift_ * A.transpose();
-    drift_.setZero();
+    const Matrix6 A = adjoint(seen.T_track_sensor);
+    data_.links.back().covariance = A * track.drift * A.transpose();
+    track.drift.setZero();
     is_entering_ = false;
   }
-  last_frame_ = seen.T_session_sensor;
+  track.last_frame = seen.T_track_sensor;
+  if (seen.joined) {
+    linkTrack(*seen.joined);
+    update.moved = solvePoseGraph(data_).moved;
+  }
   if (seen.gray == nullptr) return update;
   if (last_keyframe_) {
-    const Pose since = last_keyframe_->inverse() * seen.T_session_sensor;
+    const Pose since = last_keyframe_->inverse() * seen.T_track_sensor;
     if (since.translation().norm() < kKeyframeStep && rotationAngle(since.linear()) < kKeyframeTurn)
       return update;
   }
@@ -136,16 +137,33 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   key.frame = seen.frame;
   key.source = seen.source;
   key.timestamp = seen.timestamp;
-  key.T_submap_keyframe = seen.T_session_sensor;
-  last_keyframe_ = seen.T_session_sensor;
+  key.T_submap_keyframe = seen.T_track_sensor;
+  last_keyframe_ = seen.T_track_sensor;
   const std::size_t found = findLoops(key);
   places_.add(key);
   data_.keyframes.push_back(std::move(key));
   if (found == 0) return update;
-  update.moved = solvePoseGraph(data_).moved;
+  for (const std::int64_t moved : solvePoseGraph(data_).moved)
+    if (std::find(update.moved.begin(), update.moved.end(), moved) == update.moved.end())
+      update.moved.push_back(moved);
   update.links.assign(data_.links.end() - static_cast<std::ptrdiff_t>(found), data_.links.end());
   is_joined_ = is_joined_ && update.moved.empty();
   return update;
+}
+
+/// Of the last submap of that track to the open one.
+void AtlasBuilder::linkTrack(const JoinedSubmap& joined) {
+  const auto other = tracks_.find(joined.submap);
+  if (other == tracks_.end()) return;  // none of its frames is in a map
+  Link link;
+  link.id = detail::nextId(data_.links);
+  link.kind = LinkKind::Neighbour;
+  link.from_submap = other->second.submap;
+  link.to_submap = data_.submaps.back().id;
+  link.T_to_from = joined.T_other_submap;
+  link.covariance = joined.covariance;
+  data_.links.push_back(link);
+  tracks_.erase(other);
 }
 
 /// \return how many were added at the end of the links
@@ -216,13 +234,16 @@ bool AtlasBuilder::store(const Write& write) {
   return true;
 }
 
-AtlasBuilder::Trajectory AtlasBuilder::trajectory() const {
-  Trajectory all;
+std::vector<std::pair<std::int64_t, AtlasBuilder::Trajectory>> AtlasBuilder::trajectories()
+    const {
+  std::vector<std::pair<std::int64_t, Trajectory>> all;
   for (std::size_t i = earlier_; i < data_.submaps.size(); ++i) {
     const Submap& submap = data_.submaps[i];
-    if (submap.component != data_.submaps[earlier_].component) continue;
+    auto part = std::find_if(all.begin(), all.end(),
+                             [&](const auto& one) { return one.first == submap.component; });
+    if (part == all.end()) part = all.insert(part, {submap.component, {}});
     for (const auto& [timestamp, T_submap_sensor] : submap.map->trajectory())
-      all.emplace_back(timestamp, submap.T_world_submap * T_submap_sensor);
+      part->second.emplace_back(timestamp, submap.T_world_submap * T_submap_sensor);
   }
   return all;
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "planar_mapping/atlas/place_finder.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/io/image_file.h"
+#include "planar_mapping/localization/localizer.h"
 #include "planar_mapping/map/joined_map.h"
 
 namespace planar_mapping {
@@ -30,8 +32,9 @@ struct PLANAR_MAPPING_EXPORT SubmapParams {
 /// Cuts a session into submaps while it is mapped, recognises places, and keeps the poses of the
 /// submaps in agreement with the links that are found.
 ///
-/// Poses of frames are in the frame of the session and may drift: a loop moves submaps, not frames.
-/// One thread at a time.
+/// Poses of frames are in the frame of their track and may drift: a loop moves submaps, not frames.
+/// A track is a part of the session without a gap; nothing but a loop can join two of them. One
+/// thread at a time.
 class PLANAR_MAPPING_EXPORT AtlasBuilder {
  public:
   /// \param map      of each submap
@@ -42,16 +45,18 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
                AtlasData known = {});
 
   /// The map that the next frame is to be inserted into.
-  PlanarMap& mapForNext();
+  /// \param track  of the frame; another one than that of the frame before closes the open submap
+  PlanarMap& mapForNext(std::size_t track = 0);
 
   /// A frame that was inserted into mapForNext().
   struct Seen {
     std::size_t frame = 0;  ///< number in its input
     std::string source;     ///< file it came from
     double timestamp = 0.0;
-    Pose T_session_sensor = Pose::Identity();
-    /// Of the motion since the frame before; see Matrix6. Absent = the poses are given.
+    Pose T_track_sensor = Pose::Identity();
+    /// Of the motion since the frame before of the track; see Matrix6. Absent = poses are given.
     std::optional<Matrix6> step_covariance;
+    std::optional<JoinedSubmap> joined;  ///< a track that lies in this one, and ends
     const io::Image* gray = nullptr;  ///< null = no place is recognised by it
     PointsView cloud;                 ///< organized, of the size of the image
     FeatureCamera camera;
@@ -63,17 +68,13 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   };
   Update add(const Seen& seen);
 
-  /// The next frame's pose has nothing to do with those before: it begins a submap that only a loop
-  /// can join with them.
-  void loseTrack();
-
   /// All submaps that links join with the first of this session, as one map. Valid until the next
   /// call of mapForNext().
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
   const PlanarMap& map();
   using Trajectory = std::vector<std::pair<double, Pose>>;  ///< time stamps, T_world_sensor
-  /// Frames of this session that lie in the world of its first one, in the order of the maps.
-  Trajectory trajectory() const;
+  /// Frames of this session by component, that of the first one first; each in the order of maps.
+  std::vector<std::pair<std::int64_t, Trajectory>> trajectories() const;
   /// Everything so far, the open submap included.
   const AtlasData& data() const { return data_; }
 
@@ -90,9 +91,16 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::size_t memoryBytes() const;  ///< of the closed submaps of this session
 
  private:
-  void begin();
+  /// The part of a track that lies in its last submap.
+  struct Track {
+    std::int64_t submap = 0;
+    std::optional<Pose> last_frame;    ///< T_track_sensor
+    Matrix6 drift = Matrix6::Zero();   ///< since the submap began, in the frames of the sensor
+  };
+  void begin(std::size_t track);
   void updateJoined();
   std::size_t findLoops(const Keyframe& key);
+  void linkTrack(const JoinedSubmap& joined);
 
   SubmapParams params_;
   PlanarMapParams map_params_;
@@ -102,13 +110,12 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   PlaceFinder places_;
   JoinedMap joined_;
   bool is_joined_ = false;             ///< joined_ holds the open submap as it is
-  std::optional<Pose> last_frame_;     ///< T_session_sensor
-  std::optional<Pose> last_keyframe_;  ///< T_session_sensor, of the open submap
+  std::map<std::size_t, Track> tracks_;
+  std::size_t open_track_ = 0;
+  std::optional<Pose> last_keyframe_;  ///< T_track_sensor, of the open submap
   bool is_over_ = false;
-  bool is_lost_ = false;
   bool is_entering_ = false;  ///< the last link leads into the open submap, whose first frame comes
   double path_ = 0.0;         ///< in the open submap, metres
-  Matrix6 drift_ = Matrix6::Zero();  ///< in it, in the frames of the sensor
   std::size_t closed_bytes_ = 0;
   std::size_t earlier_ = 0;  ///< submaps of earlier sessions
   std::size_t stored_ = 0;   ///< submaps that a store has

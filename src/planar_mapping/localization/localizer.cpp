@@ -17,32 +17,6 @@
 
 namespace planar_mapping {
 
-SensorNoise SensorNoise::ofPair(double focal_length, double baseline, double disparity_error) {
-  SensorNoise noise;
-  noise.inverse_depth = disparity_error / (focal_length * baseline);
-  noise.relative = 0.0;
-  return noise;
-}
-
-double SensorNoise::depthSigma(double rho) const {
-  const double of_rho = relative * rho;
-  return std::sqrt(inverse_depth * inverse_depth + of_rho * of_rho);
-}
-
-void SensorNoise::validate() const {
-  requirePositive("noise.pixel", pixel, "px");
-  requireInRange("noise.pixel_per_size", pixel_per_size, 0.0, 1.0);
-  requirePositive("noise.inverse_depth", inverse_depth, "1/m");
-  requireInRange("noise.relative", relative, 0.0, 1.0);
-  requirePositive("noise.gray", gray);
-}
-
-void LocalizerParams::validate() const {
-  noise.validate();
-  requireInRange("min_log_odds", min_log_odds, -10.0, 10.0);
-  requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
-}
-
 class Localizer::Impl {
  public:
   explicit Impl(const LocalizerParams& params) : params_(params) { params_.validate(); }
@@ -57,6 +31,7 @@ class Localizer::Impl {
     detail::View view = detail::makeView(frame, params_.noise);
     Localization result = place(view, frame);
     remember(std::move(view), frame, result);
+    joinBefore(result);
     return result;
   }
 
@@ -78,6 +53,7 @@ class Localizer::Impl {
     Pose T_before_now = Pose::Identity();
     bool has_step = false;
     std::size_t frame = 0;
+    std::size_t frames = 0;
     std::optional<Pose> prior;  ///< of that frame
   };
 
@@ -111,9 +87,26 @@ class Localizer::Impl {
       if (found && frames > 1) break;  // one that begins need not go on
     }
     if (placed) return result;
+    if (frame.prior && !submaps.empty() && tracks_.at(submaps[0]).prior)
+      return followPrior(submaps[0], frame, result.evidence);
     result.submap = submaps_++;
     result.begins_submap = true;
     result.is_keyframe = true;
+    return result;
+  }
+
+  /// By the steps between guesses alone.
+  Localization followPrior(std::size_t submap, const LocalizerFrame& frame,
+                           const PoseEvidence& evidence) const {
+    const Track& track = tracks_.at(submap);
+    Localization result;
+    result.submap = submap;
+    result.is_keyframe = true;
+    result.T_submap_camera = track.T_submap_camera * (track.prior->inverse() * *frame.prior);
+    result.covariance_in_camera =
+        static_cast<double>(frames_ - track.frame) * frame.prior_covariance;
+    result.covariance = turnedBy(result.T_submap_camera, result.covariance_in_camera);
+    result.evidence = evidence;
     return result;
   }
 
@@ -146,9 +139,7 @@ class Localizer::Impl {
     result.T_submap_camera = T_submap_map * found->T_now_map.inverse();
     result.evidence = found->evidence;
     result.covariance_in_camera = found->covariance;
-    const Matrix6 A = adjoint(result.T_submap_camera);
-    const Matrix6 turned = A * found->covariance * A.transpose();
-    result.covariance = 0.5 * (turned + turned.transpose());
+    result.covariance = turnedBy(result.T_submap_camera, found->covariance);
     result.is_keyframe = true;
     for (std::size_t k = 0; k < map.size(); ++k) {
       if (!nearest[k]->is_keyframe) continue;
@@ -157,6 +148,71 @@ class Localizer::Impl {
       if (beside.overlap >= params_.keyframe_overlap) result.is_keyframe = false;
     }
     return true;
+  }
+
+  /// Looks for the last frame before a submap among the first two of it.
+  void joinBefore(Localization& result) {
+    const std::size_t submap = result.submap;
+    const Track& track = tracks_.at(submap);
+    if (track.frames != 2 || !track.has_step) return;
+    const auto last = std::find_if(keys_.rbegin(), keys_.rend(),
+                                   [&](const Key& key) { return key.submap != submap; });
+    if (last == keys_.rend()) return;
+    const std::size_t gap = track.frame - 1 - last->frame;
+    detail::ExpectedPose expected;
+    const Pose T_submap_expected =
+        movedOn(track.T_submap_camera * track.T_before_now.inverse(), track.T_before_now.inverse(),
+                static_cast<double>(gap), expected);
+    const auto [map, T_submap_map] = localMap(nearestKeys(submap, T_submap_expected));
+    expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
+    const std::optional<detail::PoseCandidate> found =
+        detail::searchPose(map, last->view, expected, static_cast<int>(gap));
+    if (!found || found->evidence.log_odds < params_.min_log_odds) return;
+    JoinedSubmap joined;
+    joined.submap = submap;
+    joined.T_other_submap = last->T_submap_camera * (T_submap_map * found->T_now_map.inverse()).inverse();
+    joined.covariance = turnedBy(last->T_submap_camera, found->covariance);
+    moveInto(last->submap, joined, result);
+  }
+
+  /// What is in a submap is in the other one from now on.
+  void moveInto(std::size_t other, const JoinedSubmap& joined, Localization& result) {
+    for (Key& key : keys_) {
+      if (key.submap != joined.submap) continue;
+      key.submap = other;
+      key.T_submap_camera = joined.T_other_submap * key.T_submap_camera;
+    }
+    Track moved = tracks_.at(joined.submap);
+    moved.T_submap_camera = joined.T_other_submap * moved.T_submap_camera;
+    moved.frames += tracks_.at(other).frames;
+    tracks_[other] = moved;
+    tracks_.erase(joined.submap);
+    result.submap = other;
+    result.T_submap_camera = moved.T_submap_camera;
+    result.covariance_in_camera +=
+        turnedBy(moved.T_submap_camera.inverse(), joined.covariance);
+    result.covariance = turnedBy(result.T_submap_camera, result.covariance_in_camera);
+    result.joined = joined;
+  }
+
+  static Matrix6 turnedBy(const Pose& T, const Matrix6& covariance) {
+    const Matrix6 A = adjoint(T);
+    const Matrix6 turned = A * covariance * A.transpose();
+    return 0.5 * (turned + turned.transpose());
+  }
+
+  struct PlacedMap {
+    detail::LocalMap views;
+    Pose T_submap_map;
+  };
+  /// The views of keyframes, in the frame of the first.
+  static PlacedMap localMap(const std::vector<Key*>& keys) {
+    PlacedMap map{{}, keys[0]->T_submap_camera};
+    for (Key* key : keys) {
+      detail::addFeatures(key->view);
+      map.views.push_back({&key->view, map.T_submap_map.inverse() * key->T_submap_camera});
+    }
+    return map;
   }
 
   /// By the motion before, or by the steps of given poses.
@@ -169,11 +225,18 @@ class Localizer::Impl {
       return track.T_submap_camera * (track.prior->inverse() * *frame.prior);
     }
     if (!track.has_step) return track.T_submap_camera;
-    const Vector6 step = motionDifference(Pose::Identity(), track.T_before_now);
-    expected.translation_sigma = gap * (kVelocityChange * step.head<3>().norm() + kFreeShift);
-    expected.rotation_sigma = gap * (kVelocityChange * step.tail<3>().norm() + kFreeTurn);
-    Pose moved = track.T_submap_camera;
-    for (int i = 0; i < static_cast<int>(gap); ++i) moved = moved * track.T_before_now;
+    return movedOn(track.T_submap_camera, track.T_before_now, gap, expected);
+  }
+
+  /// \param step  of the frame before
+  /// \param gap   steps from a pose to the expected one
+  static Pose movedOn(const Pose& from, const Pose& step, double gap,
+                      detail::ExpectedPose& expected) {
+    const Vector6 size = motionDifference(Pose::Identity(), step);
+    expected.translation_sigma = gap * (kVelocityChange * size.head<3>().norm() + kFreeShift);
+    expected.rotation_sigma = gap * (kVelocityChange * size.tail<3>().norm() + kFreeTurn);
+    Pose moved = from;
+    for (int i = 0; i < static_cast<int>(gap); ++i) moved = moved * step;
     return moved;
   }
 
@@ -202,8 +265,14 @@ class Localizer::Impl {
       track.T_before_now = track.T_submap_camera.inverse() * result.T_submap_camera;
     track.T_submap_camera = result.T_submap_camera;
     track.frame = frames_;
+    ++track.frames;
     track.prior = frame.prior;
-    if (!keys_.empty() && !keys_.back().is_keyframe) keys_.pop_back();
+    if (!keys_.empty() && !keys_.back().is_keyframe) {
+      if (result.begins_submap)
+        keys_.back().is_keyframe = true;  // it was looked for in vain: it has features
+      else
+        keys_.pop_back();
+    }
     if (result.is_keyframe) {
       detail::addFeatures(view);
       view.inverse_depth.release();

@@ -59,6 +59,13 @@ struct PoseEvidence {
   }
 };
 
+/// A submap that is found to lie in another one: what was said to be in it is in that one.
+struct JoinedSubmap {
+  std::size_t submap = 0;
+  Pose T_other_submap = Pose::Identity();
+  Matrix6 covariance = Matrix6::Zero();  ///< see Matrix6
+};
+
 /// Where a frame is.
 struct Localization {
   std::size_t submap = 0;      ///< from 0
@@ -69,6 +76,8 @@ struct Localization {
   Matrix6 covariance = Matrix6::Zero();
   /// The same error seen from the camera: of T_camera_submap, see Matrix6.
   Matrix6 covariance_in_camera = Matrix6::Zero();
+  /// A step later motion tells where a submap began: this one, which is no more, lies in `submap`.
+  std::optional<JoinedSubmap> joined;
   PoseEvidence evidence;  ///< of a frame that begins a submap: of the likeliest link, refused
 };
 
@@ -88,8 +97,10 @@ struct PLANAR_MAPPING_EXPORT LocalizerParams {
 ///
 /// A frame is registered to the three nearest keyframes of its submap, by features (three-point
 /// RANSAC, reprojection and depth) and by surfaces (point to plane, and gray values). Where right
-/// is not likelier than wrong, it begins a submap of its own; nothing is left out. The result
-/// depends on the frames alone, never on threads or time. One thread.
+/// is not likelier than wrong, it begins a submap of its own; nothing is left out. The second frame
+/// of a submap tells how the camera moves, and so where the last frame before it should be: where
+/// that one is found there, the two submaps are one. The result depends on the frames alone, never
+/// on threads or time. One thread.
 class PLANAR_MAPPING_EXPORT Localizer {
  public:
   /// \throws ParameterError

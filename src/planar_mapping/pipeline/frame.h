@@ -17,6 +17,7 @@
 #include "planar_mapping/geometry/cloud_scale.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
+#include "planar_mapping/localization/localizer.h"
 #include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/planes/multi_plane.h"
 
@@ -61,16 +62,13 @@ struct Frame {
   /// The stages up to Features were run on it by another process; they are not run again.
   bool front_end_done = false;
   bool is_last = false;  ///< of its input, where that is known
-  bool is_only = false;  ///< of its input: it needs nothing by which others could be placed
-  /// A Motion stage left it out before; what came after it may tell where it belongs.
-  bool again = false;
   std::vector<KeyFeature> key_features;  ///< left by a Features stage
-  /// Left by a Features stage: from here on images are aligned otherwise than those before, which
-  /// are not to be compared with them.
-  bool images_changed = false;
-  /// Likewise: the image does not seem to be registered to the cloud, which is not certain yet.
-  bool image_doubtful = false;
   std::optional<FrameMotion> motion;  ///< since the frame before, left by a Motion stage
+  /// Left by a Motion stage: T_world_sensor is in a world of this number. 0 = that of the first
+  /// frame; in others are frames whose place among those before them is not known.
+  std::size_t track = 0;
+  /// Likewise: frames before in that track are in this one, and no more will be in that.
+  std::optional<JoinedSubmap> joined;
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
   /// set it leave the frame out and mapping goes on with the next. Empty = it can.
   std::string skip_reason;

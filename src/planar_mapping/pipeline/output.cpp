@@ -206,6 +206,18 @@ void OutputDirectory::moveIntoPlace() const {
   if (error) fail(saved, "cannot be removed", error.value());
 }
 
+void OutputDirectory::removeOthers(const std::string& prefix,
+                                   const std::vector<OutputFile>& files) const {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(path_, error)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_new = std::any_of(files.begin(), files.end(),
+                                    [&name](const OutputFile& file) { return file.name == name; });
+    std::error_code ignored;
+    if (name.compare(0, prefix.size(), prefix) == 0 && !is_new) fs::remove(entry.path(), ignored);
+  }
+}
+
 std::string OutputDirectory::pathOf(const std::string& name) const {
   return (fs::path(path_) / name).string();
 }

@@ -62,6 +62,8 @@ class PLANAR_MAPPING_EXPORT OutputDirectory {
   /// \throws OutputError; the earlier files are then as they were, unless the message says that the
   ///         new ones are going to be moved to their places
   void commit(const std::vector<OutputFile>& files) const;
+  /// Removes files whose names begin so and that are not among these; what cannot be stays.
+  void removeOthers(const std::string& prefix, const std::vector<OutputFile>& files) const;
   std::string pathOf(const std::string& name) const;
   const std::string& path() const { return path_; }
 

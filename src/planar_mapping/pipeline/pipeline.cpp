@@ -116,44 +116,22 @@ Pipeline::Pipeline(Configuration configuration)
 }
 
 FrameReport Pipeline::process(Frame& frame) {
-  std::vector<Frame> placed = runSensing(frame);
-  const FrameReport result = integrate(frame);
-  for (Frame& one : placed) {
-    const FrameReport report = integrate(one);
-    placed_again_.emplace_back(std::move(one), report);
-  }
-  return result;
+  sense(frame);
+  return integrate(frame);
 }
 
-std::vector<Frame> Pipeline::sense(Frame frame) {
-  std::vector<Frame> placed = runSensing(frame);
-  placed.insert(placed.begin(), std::move(frame));
-  return placed;
-}
-
-/// \return frames that it helped to place
-std::vector<Frame> Pipeline::runSensing(Frame& frame) {
+void Pipeline::sense(Frame& frame) {
   const Clock::time_point start = Clock::now();
   if (!frame.front_end_done) runFrontEnd(frame, false);  // dense cloud, key features (III-B)
   if (!usesKeyFeatures(frame, 0)) frame.key_features.clear();
   moveToOrigin(frame);
   findUsablePoints(frame);
-  const std::size_t statistics = frame.statistics.size();
-  const bool is_usable = frame.skip_reason.empty();
-  const bool waits = is_usable && waitsForMore(frame);
-  if (waits)
+  if (frame.skip_reason.empty() && waitsForMore(frame))
     frame.skip_reason = "hardly any pixel of its image has a depth (" +
                         std::to_string(frame.points_valid) + "); the map begins with another";
   runMotion(frame);   // its pose (Eq. 8)
   runMapping(frame);  // ground, planes (III-C)
-  std::vector<Frame> placed;
-  if (frame.skip_reason.empty()) {
-    placed = tryAgain();
-  } else if (waits || (is_usable && has_begun_ && hasStage(StageKind::Motion))) {
-    keepForLater(frame, statistics);
-  }
   frame.sensing_ms += millisecondsSince(start);
-  return placed;
 }
 
 /// Beliefs (III-D, E), cuboids (III-F), map (IV).
@@ -224,12 +202,13 @@ void Pipeline::findUsablePoints(Frame& frame) const {
 }
 
 void Pipeline::runMotion(Frame& frame) {
-  if (frame.images_changed) left_out_.clear();  // their images are aligned as before
   for (std::size_t i = front_end_size_; i < sensing_size_; ++i) {
     runStage(i, frame);
     const ConfiguredStage& stage = configuration_.stages[i];
     if (stage.kind == StageKind::Points && stage.enabled) hideRemovedPoints(frame);
   }
+  if (frame.skip_reason.empty() && frame.track != 0 && !keepsAtlas())
+    frame.skip_reason = "nothing tells where it is among the frames before; an atlas keeps it";
   countFeatures(frame.key_features, frame.features, frame.matches);
   if (frame.pose_taken && !usesKeyFeatures(frame, sensing_size_)) frame.key_features.clear();
 }
@@ -338,9 +317,17 @@ void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
   map_ = PlanarMap(params);
 }
 
+bool Pipeline::keepsAtlas() const {
+#ifdef PLANAR_MAPPING_HAS_ATLAS
+  return atlas_ || atlas_plan_;
+#else
+  return false;
+#endif
+}
+
 PlanarMap& Pipeline::mapFor(const Frame& frame) {
 #ifdef PLANAR_MAPPING_HAS_ATLAS
-  if (atlas_ && frame.skip_reason.empty()) return atlas_->mapForNext();
+  if (atlas_ && frame.skip_reason.empty()) return atlas_->mapForNext(frame.track);
 #endif
   static_cast<void>(frame);
   return map_;
@@ -363,8 +350,9 @@ void Pipeline::addToAtlas(Frame& frame) {
   seen.frame = frame.number;
   seen.source = frame.source;
   seen.timestamp = frame.timestamp;
-  seen.T_session_sensor = frame.T_world_sensor;
+  seen.T_track_sensor = frame.T_world_sensor;
   if (frame.motion && !frame.pose_taken) seen.step_covariance = frame.motion->covariance;
+  seen.joined = frame.joined;
   const std::optional<KeyframeView> view = keyframeViewOf(frame);
   if (view) {
     seen.gray = &view->gray;
@@ -397,51 +385,13 @@ void Pipeline::moveToOrigin(Frame& frame) {
 
 /// Whether a frame has far fewer points than images have, and a map that begins with it, and
 /// parameters that follow from it, would be no good to the frames after it.
-bool Pipeline::waitsForMore(const Frame& frame) const {
+bool Pipeline::waitsForMore(const Frame& frame) {
   constexpr double kMinMeasured = 0.02;  // of the pixels
-  constexpr std::size_t kMaxWaits = 4;   // frames
-  return !has_begun_ && frame.camera && !frame.is_last && left_out_.size() < kMaxWaits &&
+  constexpr int kMaxWaits = 4;           // frames
+  return !has_begun_ && frame.camera && !frame.is_last &&
          static_cast<double>(frame.points_valid) <
-             kMinMeasured * static_cast<double>(frame.points_input);
-}
-
-/// \param statistics  how many there were before a Motion stage saw the frame
-void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
-  constexpr std::size_t kMaxLeftOut = 8;  // frames that wait for their place
-  left_out_.push_back({frame, 0});
-  Frame& kept = left_out_.back().frame;
-  kept.statistics.resize(statistics);
-  kept.images.right = io::Image();
-  kept.images_changed = false;
-  kept.images.calibration.reset();
-  if (left_out_.size() > kMaxLeftOut) left_out_.erase(left_out_.begin());
-}
-
-/// The latest first: it sees most of what the frame that was placed sees, and the one before it
-/// most of what it sees.
-std::vector<Frame> Pipeline::tryAgain() {
-  constexpr int kMaxAttempts = 3;
-  std::vector<LeftOut> waiting;
-  std::vector<Frame> placed;
-  for (std::size_t i = left_out_.size(); i-- > 0;) {
-    LeftOut& left_out = left_out_[i];
-    Frame frame = left_out.frame;
-    frame.skip_reason.clear();
-    frame.again = true;
-    runMotion(frame);
-    runMapping(frame);
-    if (frame.skip_reason.empty()) {
-      placed.push_back(std::move(frame));
-    } else if (++left_out.attempts < kMaxAttempts) {
-      waiting.insert(waiting.begin(), std::move(left_out));
-    }
-  }
-  left_out_ = std::move(waiting);
-  return placed;
-}
-
-std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
-  return std::exchange(placed_again_, {});
+             kMinMeasured * static_cast<double>(frame.points_input) &&
+         waits_++ < kMaxWaits;
 }
 
 FrameReport Pipeline::report(const Frame& frame) {

@@ -81,8 +81,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// the last one that is neither for beliefs nor for the map, integrate() the rest. Frames pass
   /// each part in the same order. As long as hasBegun() is false only one part may run.
   void prepare(Frame& frame);
-  /// \return the frame, then those that it helped to place (Frame::again), all to be integrated
-  std::vector<Frame> sense(Frame frame);
+  void sense(Frame& frame);
   FrameReport integrate(Frame& frame);
   /// Whether a frame got as far as the stages for points: the map begins with it.
   bool hasBegun() const { return has_begun_; }
@@ -90,11 +89,6 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// The front-end alone, for a process that hands the frame on; process() of the same
   /// configuration, in this or another process, does the rest.
   FrameReport processFrontEnd(Frame& frame);
-
-  /// Frames that a Motion stage left out and that found their place after a later frame: they are
-  /// in the map now. Each is handed over once. Eight are kept waiting, the latest, for three frames
-  /// each.
-  std::vector<std::pair<Frame, FrameReport>> takePlacedAgain();
 
   /// Of all submaps that are joined with those of this run, where keepAtlas() was called; no other
   /// thread may run a part of a frame then.
@@ -123,16 +117,14 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void findUsablePoints(Frame& frame) const;
   void runMotion(Frame& frame);
   void runMapping(Frame& frame);
-  std::vector<Frame> runSensing(Frame& frame);
   void runStage(std::size_t index, Frame& frame);
   bool usesKeyFeatures(const Frame& frame, std::size_t first) const;
   std::optional<double> givenResolution() const;
   CloudScale knownScale(const Frame& frame) const;
   void beginMap(const Frame& frame, CloudScale scale);
   void moveToOrigin(Frame& frame);
-  bool waitsForMore(const Frame& frame) const;
-  void keepForLater(const Frame& frame, std::size_t statistics);
-  std::vector<Frame> tryAgain();
+  bool waitsForMore(const Frame& frame);
+  bool keepsAtlas() const;
   FrameReport report(const Frame& frame);
 
 #ifdef PLANAR_MAPPING_HAS_ATLAS
@@ -160,12 +152,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   std::optional<Vector3> origin_;    ///< PlanarMapParams::origin, once there was a pose
   std::size_t counted_frames_ = 0;   ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;
-  struct LeftOut {
-    Frame frame;
-    int attempts = 0;
-  };
-  std::vector<LeftOut> left_out_;
-  std::vector<std::pair<Frame, FrameReport>> placed_again_;
+  int waits_ = 0;  ///< frames for which a better one was waited
 };
 
 }  // namespace planar_mapping

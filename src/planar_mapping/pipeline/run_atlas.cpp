@@ -29,34 +29,37 @@ void writing(const Write& write) {
   }
 }
 
+/// With what SQLite keeps beside it.
+void removeAtlas(const std::string& path) {
+  std::error_code ignored;
+  for (const char* const suffix : {"", "-wal", "-shm"})
+    std::filesystem::remove(path + suffix, ignored);
+}
+
 }  // namespace
 
 struct RunAtlas::Store {
   std::string path;
-  bool is_empty = false;  ///< it is new, and nothing was written into it yet
   std::optional<AtlasStore> file;
 };
 
-RunAtlas::~RunAtlas() {
-  if (!store_ || !store_->file) return;
-  store_->file.reset();
-  std::error_code ignored;
-  if (store_->is_empty) std::filesystem::remove(store_->path, ignored);
-}
+RunAtlas::~RunAtlas() = default;
 
-void RunAtlas::open(const RunOptions& options, const std::vector<std::string>& inputs) {
-  if (options.atlas.empty()) return;
-  if (options.resume)
+void RunAtlas::open(const RunOptions& options, const std::string& own,
+                    const std::vector<std::string>& inputs) {
+  const bool is_own = options.atlas.empty();
+  if (is_own && own.empty()) return;
+  if (!is_own && options.resume)
     throw InputError(options.atlas + ": a run with an atlas cannot be resumed; run it again");
   store_ = std::make_unique<Store>();
-  store_->path = options.atlas;
-  store_->is_empty = !std::filesystem::exists(options.atlas);
+  store_->path = is_own ? own : options.atlas;
   AtlasData known;
-  if (store_->is_empty) {
-    writing([&]() { store_->file = AtlasStore::create(options.atlas); });
-  } else {
-    known = loadAtlas(options.atlas, pipeline_.configuration().settings.threads);
-    writing([&]() { store_->file = AtlasStore::open(options.atlas, AtlasAccess::Write); });
+  if (!is_own && std::filesystem::exists(store_->path)) {
+    known = loadAtlas(store_->path, pipeline_.configuration().settings.threads);
+    writing([&]() { store_->file = AtlasStore::open(store_->path, AtlasAccess::Write); });
+  } else if (!is_own) {
+    writing([&]() { AtlasStore::create(store_->path); });  // what cannot be written is said at once
+    removeAtlas(store_->path);
   }
   SubmapParams params;
   params.frames = options.submap_frames;
@@ -69,11 +72,15 @@ void RunAtlas::open(const RunOptions& options, const std::vector<std::string>& i
 
 void RunAtlas::storeSubmaps() {
   if (pipeline_.atlas() == nullptr) return;
-  const bool any =
-      pipeline_.atlas()->store([this](const AtlasData& added, const AtlasData& solved) {
-        writing([&]() { store_->file->append(added, solved); });
-      });
-  if (any) store_->is_empty = false;
+  pipeline_.atlas()->store([this](const AtlasData& added, const AtlasData& solved) {
+    writing([&]() {
+      if (!store_->file) {
+        removeAtlas(store_->path);
+        store_->file = AtlasStore::create(store_->path);
+      }
+      store_->file->append(added, solved);
+    });
+  });
 }
 
 std::string RunAtlas::finish() {
@@ -99,9 +106,9 @@ std::vector<MapPlace> RunAtlas::places() const {
   return places;
 }
 
-std::vector<std::pair<double, Pose>> RunAtlas::trajectory() const {
-  return pipeline_.atlas() == nullptr ? pipeline_.map().trajectory()
-                                      : pipeline_.atlas()->trajectory();
+std::vector<std::pair<std::int64_t, RunAtlas::Trajectory>> RunAtlas::trajectories() const {
+  if (pipeline_.atlas() == nullptr) return {{0, pipeline_.map().trajectory()}};
+  return pipeline_.atlas()->trajectories();
 }
 
 #else
@@ -110,7 +117,8 @@ struct RunAtlas::Store {};
 
 RunAtlas::~RunAtlas() = default;
 
-void RunAtlas::open(const RunOptions& options, const std::vector<std::string>&) {
+void RunAtlas::open(const RunOptions& options, const std::string&,
+                    const std::vector<std::string>&) {
   if (!options.atlas.empty())
     throw InputError(options.atlas + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
 }
@@ -125,8 +133,8 @@ std::vector<MapPlace> RunAtlas::places() const {
   return {};
 }
 
-std::vector<std::pair<double, Pose>> RunAtlas::trajectory() const {
-  return pipeline_.map().trajectory();
+std::vector<std::pair<std::int64_t, RunAtlas::Trajectory>> RunAtlas::trajectories() const {
+  return {{0, pipeline_.map().trajectory()}};
 }
 
 #endif

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,17 +14,20 @@
 
 namespace planar_mapping::detail {
 
-/// The file of an atlas that a run makes, or goes on in. Where the run has none, nothing happens.
+/// The atlas that a run makes, or goes on in. Where the run has none, nothing happens.
 class RunAtlas {
  public:
   explicit RunAtlas(Pipeline& pipeline);
-  /// Removes a file that is new and has no submap.
   ~RunAtlas();
   RunAtlas(const RunAtlas&) = delete;
   RunAtlas& operator=(const RunAtlas&) = delete;
 
-  /// Before the first frame. \throws InputError; IoError of what cannot be read; OutputError
-  void open(const RunOptions& options, const std::vector<std::string>& inputs);
+  /// Before the first frame; the file is made with the first submap that is closed.
+  /// \param own  file of a run that finds poses and is given no other; one of an earlier run is
+  ///             replaced. Empty = no atlas then
+  /// \throws InputError; IoError of what cannot be read; OutputError
+  void open(const RunOptions& options, const std::string& own,
+            const std::vector<std::string>& inputs);
   /// Writes the submaps that were closed, each in one transaction.
   /// \throws OutputError; they are written with the next ones then
   void storeSubmaps();
@@ -33,8 +37,9 @@ class RunAtlas {
 
   /// Of the submaps of this session; empty without an atlas.
   std::vector<MapPlace> places() const;
-  /// Time stamps and poses of the frames in the world of the first one, without earlier sessions.
-  std::vector<std::pair<double, Pose>> trajectory() const;
+  using Trajectory = std::vector<std::pair<double, Pose>>;  ///< time stamps, T_world_sensor
+  /// By component, without earlier sessions; that of the first frame first.
+  std::vector<std::pair<std::int64_t, Trajectory>> trajectories() const;
 
  private:
   struct Store;

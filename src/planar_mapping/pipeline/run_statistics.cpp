@@ -40,20 +40,6 @@ std::size_t sumOf(const std::vector<FrameReport>& reports, const Get& get) {
   return sum;
 }
 
-/// Of an estimated trajectory, against the poses that were given and not used.
-Json motionErrorOf(const std::vector<Pose>& estimate, const std::vector<Pose>& given) {
-  const TrajectoryError error = trajectoryError(estimate, given);
-  return {{"frames", error.poses},
-          {"path_m", error.path_length},
-          {"absolute_rms_m", error.absolute_rms},
-          {"absolute_max_m", error.absolute_max},
-          {"relative_rms_m", error.relative_translation_rms},
-          {"relative_rms_deg", error.relative_rotation_rms / kRadiansPerDegree},
-          {"end_drift_m", error.end_translation},
-          {"end_drift_deg", error.end_rotation / kRadiansPerDegree},
-          {"end_drift_percent", error.endDriftPercent()}};
-}
-
 /// Null where there is nothing to divide by: 0 and 1 would both be claims.
 Json ratio(std::size_t part, std::size_t whole) {
   return whole > 0 ? Json(static_cast<double>(part) / static_cast<double>(whole)) : Json();
@@ -94,6 +80,13 @@ std::string statisticText(const FrameReport& report, const std::string& name) {
   for (const FrameStatistic& statistic : report.statistics)
     if (statistic.name == name) return formatNumber(statistic.value);
   return "";
+}
+
+/// The place of a map; null where it is not in any.
+const MapPlace* placeOf(const std::vector<MapPlace>& places, const PlanarMap* map) {
+  const auto place = std::find_if(places.begin(), places.end(),
+                                  [&](const MapPlace& one) { return one.map == map; });
+  return place == places.end() ? nullptr : &*place;
 }
 
 }  // namespace
@@ -151,22 +144,11 @@ void RunStatistics::add(const FrameReport& report, const Frame& frame, const Pla
   count(frame, map);
 }
 
-void RunStatistics::addAgain(FrameReport report, const Frame& frame, const PlanarMap& map) {
-  for (std::size_t i = 0; i < reports_.size(); ++i) {
-    if (reports_[i].number != report.number) continue;
-    report.read_ms = reports_[i].read_ms;
-    reports_[i] = report;
-    maps_[i] = &map;
-  }
-  count(frame, map);
-}
-
 void RunStatistics::count(const Frame& frame, const PlanarMap& map) {
   if (!frame.skip_reason.empty()) return;
   ++used_;
   if (frame.given_pose) {
-    estimated_poses_.push_back(frame.T_world_sensor);
-    given_poses_.push_back(*frame.given_pose);
+    estimates_.push_back({&map, frame.T_world_sensor, *frame.given_pose});
     has_true_poses_ = has_true_poses_ || (!frame.pose_assumed && frame.given_pose->matrix() !=
                                                                      frame.T_world_sensor.matrix());
   }
@@ -197,6 +179,29 @@ StandardCells RunStatistics::joinedCells(const std::vector<MapPlace>& places) co
   return all;
 }
 
+/// Of the frames in the world of the first one, against the poses that were given and not used.
+Json RunStatistics::motionError(const std::vector<MapPlace>& places) const {
+  std::vector<Pose> estimated;
+  std::vector<Pose> given;
+  for (const Estimate& one : estimates_) {
+    const MapPlace* const place = placeOf(places, one.map);
+    if (place != nullptr && place->component != places.front().component) continue;
+    estimated.push_back(place != nullptr ? place->T_world_map * one.T_map_sensor
+                                         : one.T_map_sensor);
+    given.push_back(one.given);
+  }
+  const TrajectoryError error = trajectoryError(estimated, given);
+  return {{"frames", error.poses},
+          {"path_m", error.path_length},
+          {"absolute_rms_m", error.absolute_rms},
+          {"absolute_max_m", error.absolute_max},
+          {"relative_rms_m", error.relative_translation_rms},
+          {"relative_rms_deg", error.relative_rotation_rms / kRadiansPerDegree},
+          {"end_drift_m", error.end_translation},
+          {"end_drift_deg", error.end_rotation / kRadiansPerDegree},
+          {"end_drift_percent", error.endDriftPercent()}};
+}
+
 std::string RunStatistics::framesCsv(const Configuration& configuration,
                                      const std::vector<MapPlace>& places) const {
   const std::vector<std::string> names = statisticNames(reports_);
@@ -218,9 +223,8 @@ std::string RunStatistics::framesCsv(const Configuration& configuration,
     csv += "," + quotedForCsv(r.skip_reason);
     for (const std::string& name : names) csv += "," + statisticText(r, name);
     if (!places.empty()) {
-      const auto place = std::find_if(places.begin(), places.end(),
-                                      [&](const MapPlace& one) { return one.map == maps_[row]; });
-      csv += place == places.end()
+      const MapPlace* const place = placeOf(places, maps_[row]);
+      csv += place == nullptr
                  ? ",,"
                  : "," + std::to_string(place->submap) + "," + std::to_string(place->component);
     }
@@ -250,6 +254,10 @@ Json RunStatistics::metrics(const Configuration& configuration, const PlanarMap&
   json["threads"] = resolveThreads(configuration.settings.threads);
   json["frames"] = reports_.size();
   json["frames_skipped"] = reports_.size() - used_;
+  json["frames_elsewhere"] = std::count_if(maps_.begin(), maps_.end(), [&](const PlanarMap* one) {
+    const MapPlace* const place = placeOf(places, one);
+    return place != nullptr && place->component != places.front().component;
+  });
   for (const auto& [name, field] : {std::pair("input", &FrameReport::points_input),
                                     std::pair("valid", &FrameReport::points_valid),
                                     std::pair("ground", &FrameReport::points_ground),
@@ -284,7 +292,7 @@ Json RunStatistics::metrics(const Configuration& configuration, const PlanarMap&
   // Null where there is nothing to compare with.
   json["motion_error"] = nullptr;
   if (hasStage(configuration, StageKind::Motion) && has_true_poses_)
-    json["motion_error"] = motionErrorOf(estimated_poses_, given_poses_);
+    json["motion_error"] = motionError(places);
   json["time_ms"]["read"] = timesOf(reports_, [](const FrameReport& r) { return r.read_ms; });
   for (std::size_t i = 0; i < keys.size(); ++i)
     json["time_ms"][keys[i]] =

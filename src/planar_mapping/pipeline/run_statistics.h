@@ -53,8 +53,6 @@ class RunStatistics {
  public:
   /// After the frame is in the map, or was left out.
   void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
-  /// A frame that was left out at first is in the map now: its row is replaced.
-  void addAgain(FrameReport report, const Frame& frame, const PlanarMap& map);
   /// \param places  of the submaps, the first that of the world; empty = there is one map
   std::string framesCsv(const Configuration& configuration,
                         const std::vector<MapPlace>& places) const;
@@ -76,13 +74,19 @@ class RunStatistics {
   StandardCells& cellsFor(const PlanarMap& map);
   /// Of the frames in the world.
   StandardCells joinedCells(const std::vector<MapPlace>& places) const;
+  nlohmann::ordered_json motionError(const std::vector<MapPlace>& places) const;
 
   std::vector<FrameReport> reports_;
   std::vector<const PlanarMap*> maps_;  ///< that they were added to; null where they were not
   std::size_t used_ = 0;
   std::vector<Part> parts_;
-  std::vector<Pose> estimated_poses_;  ///< of the frames that have an estimated and a given pose
-  std::vector<Pose> given_poses_;
+  /// A frame that has an estimated and a given pose.
+  struct Estimate {
+    const PlanarMap* map;  ///< that it was added to
+    Pose T_map_sensor;
+    Pose given;
+  };
+  std::vector<Estimate> estimates_;
   bool has_true_poses_ = false;  ///< a given pose was not only assumed, and not taken as it is
 };
 

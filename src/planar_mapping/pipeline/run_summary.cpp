@@ -100,6 +100,12 @@ std::vector<std::string> warningsOn(const Pipeline& pipeline, const RunStatistic
                        std::to_string(first->number) + ", " + first->skip_reason +
                        (is_found ? "; frames closer together help, or poses: --poses FILE" : ""));
   }
+  if (const std::size_t apart = metrics["frames_elsewhere"]; apart > 0)
+    warnings.push_back(std::to_string(apart) + " of " + std::to_string(statistics.frames()) +
+                       " frames are not in this map: nothing tells how they lie to the first one. "
+                       "The atlas has them as components of their own (frames.csv), paths of which "
+                       "are in trajectory_tum.N.txt; frames closer together help, or poses: "
+                       "--poses FILE");
   if (const std::size_t beyond = metrics["points"]["beyond"]; beyond > 0)
     warnings.push_back(
         std::to_string(beyond) +

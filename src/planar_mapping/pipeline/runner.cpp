@@ -77,7 +77,7 @@ class Run {
     for (const std::string& input : source_.names()) log("input " + input);
     for (const std::string& note : source_.notes()) log("input: " + note);
     if (const std::optional<ImagesUp> up = source_.meanUp()) pipeline_.setMeanUp(*up);
-    atlas_.open(options_, source_.names());
+    atlas_.open(options_, findsPoses() ? directory_.pathOf("map.atlas") : "", source_.names());
     try {
       processFrames();
     } catch (const Error& error) {
@@ -169,6 +169,13 @@ class Run {
     if (!has.empty()) log(has);
   }
 
+  /// Whether no pose is given, or none is used.
+  bool findsPoses() const {
+    return pipeline_.hasStage(StageKind::Motion) && source_.size() != std::size_t{1} &&
+           (source_.poseSource() == io::PoseSource::None ||
+            pipeline_.configuration().settings.ignores_poses);
+  }
+
   /// Whether a frame is read and its images are matched, another one sensed, and one integrated at
   /// the same time: with more than one thread, where the frames are there already.
   bool worksAhead() const {
@@ -197,41 +204,24 @@ class Run {
 
   void processFrame(Frame frame, double read_ms) {
     checkTimestamp(frame);
-    std::vector<Frame> sensed = pipeline_.sense(std::move(frame));
+    pipeline_.sense(frame);
     finishFrame();
     const bool ahead = worksAhead();
     at_work_ = std::async(ahead ? std::launch::async : std::launch::deferred,
-                          [this, read_ms, frames = std::move(sensed)]() mutable {
-                            return integrate(std::move(frames), read_ms);
+                          [this, read_ms, sensed = std::move(frame)]() mutable {
+                            FrameReport report = pipeline_.integrate(sensed);
+                            report.read_ms = read_ms;
+                            statistics_.add(report, sensed, *sensed.map);
+                            return Processed{std::move(sensed), std::move(report)};
                           });
     if (!ahead) finishFrame();
-  }
-
-  std::vector<Processed> integrate(std::vector<Frame> frames, double read_ms) {
-    std::vector<Processed> done;
-    for (Frame& frame : frames) {
-      FrameReport report = pipeline_.integrate(frame);
-      if (frame.again) {
-        statistics_.addAgain(report, frame, *frame.map);
-      } else {
-        report.read_ms = read_ms;
-        statistics_.add(report, frame, *frame.map);
-      }
-      done.push_back({std::move(frame), std::move(report)});
-    }
-    return done;
   }
 
   /// Waits for the frame that is being integrated, and says what became of it.
   void finishFrame() {
     if (!at_work_.valid()) return;
-    for (Processed& done : at_work_.get()) {
-      if (done.frame.again) {
-        log(nameOf(done.report) + "found its place after all");
-      } else {
-        reportOn(done.frame, done.report);
-      }
-    }
+    const Processed done = at_work_.get();
+    reportOn(done.frame, done.report);
     storeSubmaps();
   }
 
@@ -319,17 +309,11 @@ class Run {
     if (!result_.saved) return;
     result_.summary = detail::summaryOf(configuration, metrics);
     log("saved to " + directory_.path() + ": " + result_.summary);
-    std::vector<io::StampedPose> trajectory;
-    for (const auto& [timestamp, pose] : atlas_.trajectory())
-      trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
-    // Frames that were left out at first come last in the map.
-    if (!warned_of_time_) {
-      std::stable_sort(trajectory.begin(), trajectory.end(),
-                       [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
-    }
     std::vector<OutputFile> files;  // moved, not copied: they may be large
     files.emplace_back("config.resolved.yaml", effectiveYaml(configuration));
-    files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
+    for (const auto& [component, poses] : atlas_.trajectories())
+      files.emplace_back(trajectoryFile(component, files.size() == 1),
+                         io::toTum(inWorld(poses, map.params().origin)));
     files.emplace_back("frames.csv", statistics_.framesCsv(configuration, places));
     files.emplace_back("run.log", log_text_);
     files.emplace_back("map.json", [&map](const io::ByteSink& sink) {
@@ -339,6 +323,25 @@ class Run {
     files.emplace_back("metrics.json", result_.metrics_json);
     files.emplace_back("map.pmap", std::move(bytes));
     directory_.commit(files);
+    directory_.removeOthers("trajectory_tum.", files);
+  }
+
+  /// That of the first frame's component has no number.
+  static std::string trajectoryFile(std::int64_t component, bool is_first) {
+    return "trajectory_tum." + (is_first ? "" : std::to_string(component) + ".") + "txt";
+  }
+
+  /// In the order of time, unless clocks go backwards: submaps of one place may lie apart in it.
+  std::vector<io::StampedPose> inWorld(const std::vector<std::pair<double, Pose>>& poses,
+                                       const Vector3& origin) const {
+    std::vector<io::StampedPose> trajectory;
+    for (const auto& [timestamp, pose] : poses)
+      trajectory.push_back({timestamp, Eigen::Translation3d(origin) * pose});
+    if (!warned_of_time_) {
+      std::stable_sort(trajectory.begin(), trajectory.end(),
+                       [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+    }
+    return trajectory;
   }
 
   bool mayReplace() const { return statistics_.frames() >= earlier_frames_; }
@@ -381,7 +384,7 @@ class Run {
   bool warned_of_sensor_ = false;
   Clock::time_point next_checkpoint_;
   RunResult result_;
-  std::future<std::vector<Processed>> at_work_;  ///< the frame that is being integrated
+  std::future<Processed> at_work_;  ///< the frame that is being integrated
   std::future<Read> ahead_;                      ///< the next frame
 };
 

@@ -108,7 +108,6 @@ std::optional<ImagesUp> SequenceSource::meanUp() const {
 std::optional<Frame> SequenceSource::next() {
   if (position_ == selected_.size()) return std::nullopt;
   Frame frame = readFrame(sequence_, selected_[position_++], with_images_);
-  frame.is_only = selected_.size() == 1;
   frame.is_last = position_ == selected_.size();
   return frame;
 }

@@ -101,8 +101,6 @@ void transferFields(Archive& archive, FrameType& frame) {
   archive.text(frame.skip_reason, "skip_reason");
   archive.number(frame.pose_assumed, "pose_assumed");
   archive.number(frame.without_sensor, "without_sensor");
-  archive.number(frame.images_changed, "images_changed");
-  archive.number(frame.image_doubtful, "image_doubtful");
   transferPose(archive, frame.T_world_sensor, "T_world_sensor");
   if (archive.optional(frame.given_pose, "given_pose"))
     transferPose(archive, *frame.given_pose, "given_pose");

@@ -45,17 +45,17 @@ inline Pose aroundRoom(int frame, int all) {
 }
 
 inline AtlasBuilder::Update addView(AtlasBuilder& builder, std::size_t number,
-                                    const PaintedView& view, const Pose& T_session_sensor,
-                                    bool with_image = true) {
+                                    const PaintedView& view, const Pose& T_track_sensor,
+                                    bool with_image = true, std::size_t track = 0) {
   FrameObservation observation = view.frame();
-  observation.T_world_sensor = T_session_sensor;
+  observation.T_world_sensor = T_track_sensor;
   observation.timestamp = static_cast<double>(number);
-  builder.mapForNext().insert(observation);
+  builder.mapForNext(track).insert(observation);
   AtlasBuilder::Seen seen;
   seen.frame = number;
   seen.source = "rgb/" + std::to_string(number) + ".png";
   seen.timestamp = observation.timestamp;
-  seen.T_session_sensor = T_session_sensor;
+  seen.T_track_sensor = T_track_sensor;
   if (with_image) seen.gray = &view.gray;
   seen.cloud = observation.points;
   seen.camera.setPinhole(view.camera);

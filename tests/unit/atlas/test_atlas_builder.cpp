@@ -52,18 +52,20 @@ Pose driftAfter(int frame, double times = 1.0) {
 class Loop {
  public:
   explicit Loop(AtlasBuilder& builder, const Pose& T_session_world = Pose::Identity(),
-                std::uint64_t paint = 1, bool with_images = true, double drift = 1.0)
+                std::uint64_t paint = 1, bool with_images = true, double drift = 1.0,
+                std::size_t track = 0)
       : builder_(builder),
         T_session_world_(T_session_world),
         paint_(paint),
         images_(with_images),
-        drift_(drift) {}
+        drift_(drift),
+        track_(track) {}
 
   AtlasBuilder::Update step() {
     const Pose truth = test::aroundRoom(frame_, kTurn);
     const AtlasBuilder::Update update =
         test::addView(builder_, static_cast<std::size_t>(frame_), test::lookAtPaint(truth, paint_),
-                      T_session_world_ * driftAfter(frame_, drift_) * truth, images_);
+                      T_session_world_ * driftAfter(frame_, drift_) * truth, images_, track_);
     ++frame_;
     return update;
   }
@@ -77,6 +79,7 @@ class Loop {
   std::uint64_t paint_;
   bool images_;
   double drift_;  ///< times driftAfter()
+  std::size_t track_;
   int frame_ = 0;
 };
 
@@ -310,20 +313,39 @@ TEST(AtlasBuilder, ALostTrackBeginsAComponentThatALoopJoins) {
   AtlasBuilder builder = builderOf(100, kEndless);
   Loop loop(builder);
   loop.walk(4);
-  builder.loseTrack();
   // Where the room looks other; then the first one again, in a frame of its own.
-  Loop(builder, Pose::Identity(), 2).walk(4);
+  Loop(builder, Pose::Identity(), 2, true, 1.0, 1).walk(4);
   EXPECT_EQ((std::vector<std::size_t>{4, 4}), framesOfSubmaps(builder.data()));
   EXPECT_EQ(1, builder.data().submaps[1].component);
   EXPECT_EQ(0u, countOf(builder.data(), LinkKind::Neighbour));
   EXPECT_EQ(4u, builder.map().frames());
-  EXPECT_EQ(4u, builder.trajectory().size());
-  builder.loseTrack();
-  Loop(builder, kElsewhere).walk(4);
+  ASSERT_EQ(2u, builder.trajectories().size());
+  EXPECT_EQ(1, builder.trajectories()[1].first);
+  EXPECT_EQ(4u, builder.trajectories()[1].second.size());
+  Loop(builder, kElsewhere, 1, true, 1.0, 2).walk(4);
   ASSERT_EQ(3u, builder.data().submaps.size());
   EXPECT_EQ(0, builder.data().submaps[2].component);
   EXPECT_EQ(8u, builder.map().frames());
-  EXPECT_EQ(8u, builder.trajectory().size());
+  EXPECT_EQ(8u, builder.trajectories()[0].second.size());
+}
+
+TEST(AtlasBuilder, ATrackThatIsFoundAgainGoesOnInASubmapOfItsOwn) {
+  AtlasBuilder builder = builderOf(100, kEndless);
+  Loop first(builder);
+  first.walk(3);
+  Loop(builder, Pose::Identity(), 2, true, 1.0, 1).walk(1);
+  first.walk(2);
+  const AtlasData& data = builder.data();
+  EXPECT_EQ((std::vector<std::size_t>{3, 1, 2}), framesOfSubmaps(data));
+  ASSERT_EQ(1u, countOf(data, LinkKind::Neighbour));
+  const auto link = std::find_if(data.links.begin(), data.links.end(), [](const Link& one) {
+    return one.kind == LinkKind::Neighbour;
+  });
+  EXPECT_EQ(0, link->from_submap);
+  EXPECT_EQ(2, link->to_submap);
+  EXPECT_GT(link->covariance.diagonal().minCoeff(), 0.0);
+  EXPECT_EQ(0, data.submaps[2].component);
+  EXPECT_EQ(5u, builder.map().frames());
 }
 
 }  // namespace

@@ -15,13 +15,12 @@
 #include <utility>
 #include <vector>
 
-#include "feature_corridor.h"
 #include "pipeline_frames.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"
-#include "planar_mapping/localization/odometry/odometry.h"
+#include "planar_mapping/localization/localizer.h"
 #include "planar_mapping/localization/trajectory_error.h"
 #include "planar_mapping/stereo/features/feature_tracker.h"
 #include "planar_mapping/stereo/matching/stereo_matcher.h"
@@ -207,22 +206,26 @@ struct Trajectories {
 Trajectories follow(const std::string& folder, int first, int last) {
   const io::Calibration calibration = io::readCalibration(folder + "/calib.yaml");
   const std::vector<io::StampedPose> poses = io::readTumPoses(folder + "/poses.txt");
-  const PinholeCamera& camera = calibration.camera;
-  OdometryParams params;
-  params.camera =
-      test::stereoCamera(camera.fx, camera.fy, camera.cx, camera.cy, *calibration.baseline);
-  Odometry odometry(params);
-  FeatureTracker tracker;
+  LocalizerParams params;
+  params.noise = SensorNoise::ofPair(calibration.camera.fx, *calibration.baseline);
+  Localizer localizer(params);
   Trajectories result;
   for (int i = first; i <= last; ++i) {
     char name[16];
     std::snprintf(name, sizeof(name), "/%06d.png", i);
     const io::Image left = io::readImage(folder + "/left" + name);
     const io::Image right = io::readImage(folder + "/right" + name);
-    const OdometryResult found = odometry.update(tracker.track(left, right, calibration));
-    EXPECT_TRUE(found.registered) << "frame " << i << ": " << found.reason;
-    if (!found.registered) continue;
-    result.estimate.push_back(found.T_world_sensor);
+    const DisparityImage disparity = StereoMatcher().match(left, right, calibration);
+    std::vector<float> xyz;
+    triangulate(disparity, calibration, xyz);
+    LocalizerFrame frame;
+    frame.gray = io::toGray(left);
+    frame.cloud = PointsView(xyz.data(), static_cast<std::uint32_t>(left.width),
+                             static_cast<std::uint32_t>(left.height), 3);
+    frame.camera = calibration.camera;
+    const Localization found = localizer.locate(frame);
+    EXPECT_EQ(0u, found.submap) << "frame " << i;
+    result.estimate.push_back(found.T_submap_camera);
     result.reference.push_back(poses[static_cast<std::size_t>(i)].pose);
   }
   return result;

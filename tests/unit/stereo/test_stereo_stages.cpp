@@ -7,7 +7,6 @@
 #include <set>
 #include <string>
 
-#include "boxes_seen.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/stage_table.h"
 #include "planar_mapping/stereo/rectification.h"
@@ -205,46 +204,6 @@ TEST(KeyFeaturesStage, TheSourceCanBeChosen) {
   EXPECT_TRUE(std::isnan(frame.key_features.at(0).column));
   frame = wallFrame(false);
   EXPECT_THROW(stage("key_features", "source", std::string("image"))->process(frame), InputError);
-}
-
-/// Runs the stage on frames of a depth camera whose colour camera sees another angle.
-struct Registered {
-  std::size_t warnings = 0;
-  std::size_t changed = 0;
-  std::size_t doubtful = 0;
-  bool is_image_left_out = false;
-  bool is_image_the_same = false;
-};
-Registered runDepthCamera(const std::string& registered, double scale) {
-  const std::unique_ptr<Stage> features = stage("key_features", "registered", registered);
-  Registered result;
-  for (unsigned seed = 31; seed < 38; ++seed) {
-    test::Boxes boxes(seed);
-    Frame frame;
-    frame.source = "depth/000000.png";
-    frame.cloud = cloudOf(boxes.cloud(), test::Boxes::kWidth, test::Boxes::kHeight);
-    const io::Image image = boxes.image(scale, 0.0, 2.0);
-    frame.images.left = image;
-    features->process(frame);
-    result.warnings += frame.warnings.size();
-    result.changed += frame.images_changed ? 1 : 0;
-    result.doubtful += frame.image_doubtful ? 1 : 0;
-    result.is_image_left_out = frame.images.left.empty();
-    result.is_image_the_same = frame.images.left.pixels == image.pixels;
-  }
-  return result;
-}
-
-TEST(KeyFeaturesStage, AlignsColourThatIsNotRegistered) {
-  const Registered aligned = runDepthCamera("auto", 0.9);
-  EXPECT_EQ(aligned.warnings, 1u);
-  EXPECT_EQ(aligned.changed, 1u);
-  EXPECT_FALSE(aligned.is_image_left_out || aligned.is_image_the_same);
-  const Registered registered = runDepthCamera("auto", 1.0);
-  EXPECT_EQ(registered.warnings + registered.changed + registered.doubtful, 0u);
-  EXPECT_TRUE(registered.is_image_the_same);
-  EXPECT_TRUE(runDepthCamera("true", 0.9).is_image_the_same);
-  EXPECT_TRUE(runDepthCamera("false", 0.9).is_image_left_out);
 }
 
 }  // namespace

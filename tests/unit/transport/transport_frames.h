@@ -25,8 +25,6 @@ inline Frame transportFrame(std::uint32_t width, std::uint32_t height, std::uint
   frame.baseline = 0.12;
   frame.pose_assumed = seed % 2 != 0;
   frame.without_sensor = seed % 3 != 0;
-  frame.images_changed = frame.without_sensor;
-  frame.image_doubtful = frame.without_sensor;
   Pose pose = Pose::Identity();
   pose.linear() = Quaternion(0.9, 0.1, -0.2, 0.3).normalized().toRotationMatrix();
   pose.translation() = Vector3(1.5, -2.5, 0.37);

@@ -99,88 +99,32 @@ void StartPose::levelByGround(Frame& frame, bool optical, const std::optional<St
 }
 
 void MotionKeys::declare(ParameterTable& table) {
-  table.word(
-      "method", method, {{"features", Method::Features}, {"submaps", Method::Submaps}},
-      "[ours] how poses are found that are not given: key features, clouds and views against "
-      "all before, or features and surfaces against the nearest keyframes of a submap");
   table.word("poses", poses,
              {{"use", Poses::Use}, {"prior", Poses::Prior}, {"ignore", Poses::Ignore}},
              "given poses are taken as they are, as a prior, or not at all; frames without one "
-             "are registered by their features");
+             "are placed by what they show");
   start.declare(table);
   table.number("given_position_error_m", given_position_error, Range::positive(),
                "[ours] of given poses");
   table.number("given_orientation_error_deg", given_orientation_error, Range::above(0.0, 180.0),
                "[ours] of given poses");
-  table.number("pixel_error_px", odometry.camera.pixel_error, Range::positive(),
+  noise.declareOptional(table, "depth error of images by the stereo noise");
+  table.number("pixel_error_px", localizer.noise.pixel, Range::positive(),
                "[ours] of a feature's column and row");
-  noise.declareOptional(table, "depth error of the features by the stereo noise");
+  table.number("min_log_odds", localizer.min_log_odds, Range::between(-10.0, 10.0),
+               "[ours] of images: a pose is taken where right is likelier than wrong by e to the "
+               "power of this; where it is not, the frame begins a submap of its own");
+  table.number("keyframe_overlap", localizer.keyframe_overlap, Range::between(0.0, 1.0),
+               "[ours] a frame that shares less with the nearest keyframe becomes one");
   table.number("depth_error_m", depth_error, Range::atLeast(0.0),
-               "[ours] without stereo noise: depth error near the sensor; auto = 0.003 of a "
+               "[ours] of clouds without images: depth error near the sensor; auto = 0.003 of a "
                "camera, 0.02 of a scanner");
   table.number("depth_error_growth", depth_error_growth, Range::atLeast(0.0),
-               "[ours] without stereo noise: depth error per square of depth, 1/m; auto = 0.002 of "
-               "a camera, 0.001 of a scanner");
-  declareSearch(table);
-  declareClouds(table);
-  table.basic({"poses", "start", "camera_height_m", "clouds"});
-}
-
-void MotionKeys::configure(std::uint64_t seed) {
-  odometry.seed = seed;
-  adapt(true);
-  odometry.validate();
-  surface.validate();
-}
-
-void MotionKeys::adapt(bool is_optical) {
-  const SurfaceMapParams suitable = is_optical ? SurfaceMapParams() : SurfaceMapParams::ofScanner();
-  surface.optical_axis = suitable.optical_axis;
-  surface.depth_error = depth_error.value_or(suitable.depth_error);
-  surface.depth_error_growth = depth_error_growth.value_or(suitable.depth_error_growth);
-  surface.min_fraction = cloud_min_fraction.value_or(suitable.min_fraction);
-  odometry.camera.depth_error = surface.depth_error;
-  odometry.camera.depth_error_growth = surface.depth_error_growth;
-}
-
-void MotionKeys::declareSearch(ParameterTable& table) {
-  MotionParams& motion = odometry.motion;
-  table.number("inlier_sigmas", motion.inlier_sigmas, Range::positive(),
-               "[ours] a feature agrees within so many standard deviations of its noise");
-  table.integer("min_matches", motion.min_matches, Range::atLeast(3),
-                "[ours] known features a frame needs");
-  table.integer("min_inliers", motion.min_inliers, Range::atLeast(3),
-                "[ours] of those, how many must agree");
-  table.number("min_inlier_fraction", motion.min_inlier_fraction, Range::between(0.0, 1.0),
-               "[ours] of those, which fraction must agree");
-  table.integer("max_iterations", motion.max_iterations, Range::atLeast(1),
-                "[ours] minimal sets tried at most");
-  table.number("max_position_error_m", motion.max_translation_error, Range::positive(),
-               "[ours] a pose less certain is not used");
-  table.number("max_orientation_error_deg", motion.max_rotation_error, Range::above(0.0, 180.0),
-               "[ours] a pose less certain is not used");
-  table.number("keyframe_translation", odometry.keyframe_translation, Range::positive(),
-               "[ours] new keyframe after this fraction of the median depth");
-  table.number("keyframe_rotation_deg", odometry.keyframe_rotation, Range::above(0.0, 180.0),
-               "[ours] new keyframe after this turn");
-  table.integer("max_landmarks", odometry.max_landmarks, Range::atLeast(100),
-                "[ours] kept for registration");
-  table.number("jump_inlier_fraction", odometry.jump_inlier_fraction, Range::between(0.0, 1.0),
-               "[ours] fraction of known features that must agree on a jump, ...");
-  table.integer("jump_inliers", odometry.jump_inliers, Range::atLeast(0),
-                "[ours] ... or so many of them, and a fifth");
-  table.number("jump_distance_m", odometry.jump_distance, Range::positive(),
-               "[ours] a motion so far off the expected one is reported");
-}
-
-void MotionKeys::declareClouds(ParameterTable& table) {
-  table.word("clouds", clouds, {{"auto", Clouds::Auto}, {"on", Clouds::On}, {"off", Clouds::Off}},
-             "[ours] where features are too few, the cloud is registered to the surfaces seen "
-             "before; auto = unless it is of a stereo pair");
-  table.integer("enough_inliers", enough_inliers, Range::atLeast(0),
-                "[ours] with so many features that agree the cloud is not needed");
+               "[ours] without stereo noise: depth error per square of depth, 1/m; auto = 0.003 of "
+               "images, 0.002 of a camera without, 0.001 of a scanner");
   table.number("cloud_cell_m", cloud_cell, Range::positive(),
-               "[ours] side of the cells of those surfaces; auto = 0.05, or the least multiple by "
+               "[ours] side of the cells of the surfaces that clouds without images are "
+               "registered to; auto = 0.05, or the least multiple by "
                "2, 4, 8 or 16 with which half of the first cloud's points lie on planes of cells");
   table.number("cloud_reach_m", cloud_reach, Range::positive(),
                "[ours] from how far a cloud is drawn to them; auto = 6 cells");
@@ -192,6 +136,40 @@ void MotionKeys::declareClouds(ParameterTable& table) {
   table.number("cloud_min_fraction", cloud_min_fraction, Range::between(0.0, 1.0),
                "[ours] of the cloud's cells that must lie on them; auto = 0.4 of a camera, 0.3 of "
                "a scanner");
+  table.basic({"poses", "start", "camera_height_m"});
+}
+
+void MotionKeys::configure() {
+  adapt(true);
+  localizer.validate();
+  surface.validate();
+}
+
+void MotionKeys::adapt(bool is_optical) {
+  const SurfaceMapParams suitable = is_optical ? SurfaceMapParams() : SurfaceMapParams::ofScanner();
+  surface.optical_axis = suitable.optical_axis;
+  surface.depth_error = depth_error.value_or(suitable.depth_error);
+  surface.depth_error_growth = depth_error_growth.value_or(suitable.depth_error_growth);
+  surface.min_fraction = cloud_min_fraction.value_or(suitable.min_fraction);
+}
+
+LocalizerParams MotionKeys::localizerNow() const {
+  LocalizerParams params = localizer;
+  if (const std::optional<StereoNoise> known = noise.optionalNoise()) {
+    params.noise = SensorNoise::ofPair(known->focal_length, known->baseline);
+    params.noise.pixel = localizer.noise.pixel;
+  } else if (depth_error_growth) {
+    params.noise.inverse_depth = *depth_error_growth;
+  }
+  return params;
+}
+
+SurfaceMapParams MotionKeys::surfaceFor(const Frame& frame) const {
+  constexpr double kReachInCells = 6.0;
+  SurfaceMapParams params = surface;
+  params.cell = cloud_cell ? *cloud_cell : surfaceCellFor(pointsOf(*frame.cloud), surface);
+  params.reach = cloud_reach.value_or(kReachInCells * params.cell);
+  return params;
 }
 
 }  // namespace planar_mapping::detail

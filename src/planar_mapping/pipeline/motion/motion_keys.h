@@ -5,8 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "planar_mapping/geometry/camera.h"
-#include "planar_mapping/localization/odometry/odometry.h"
+#include "planar_mapping/localization/localizer.h"
 #include "planar_mapping/localization/registration/surface_map.h"
 #include "planar_mapping/pipeline/frame.h"
 #include "planar_mapping/pipeline/noise_keys.h"
@@ -39,34 +38,29 @@ class StartPose {
 /// The parameters of motion_estimation.
 struct MotionKeys {
   enum class Poses : std::uint8_t { Use, Prior, Ignore };
-  enum class Clouds : std::uint8_t { Auto, On, Off };
-  enum class Method : std::uint8_t { Features, Submaps };
 
   void declare(ParameterTable& table);
   /// \throws ParameterError
-  void configure(std::uint64_t seed);
+  void configure();
   /// What is `auto` becomes what suits a camera, or a scanner.
   void adapt(bool is_optical);
+  /// Of images; with the noise of a pair after adapt().
+  LocalizerParams localizerNow() const;
+  /// Of clouds without images, by the first one.
+  SurfaceMapParams surfaceFor(const Frame& frame) const;
 
-  OdometryParams odometry;
   Poses poses = Poses::Use;
-  Method method = Method::Features;
   StartPose start;
   double given_position_error = 0.02;
   double given_orientation_error = 0.01;
   NoiseKeys noise;
-  Clouds clouds = Clouds::Auto;
-  int enough_inliers = 60;
+  LocalizerParams localizer;
   SurfaceMapParams surface;
   std::optional<double> depth_error;
   std::optional<double> depth_error_growth;
   std::optional<double> cloud_min_fraction;
   std::optional<double> cloud_cell;
   std::optional<double> cloud_reach;
-
- private:
-  void declareSearch(ParameterTable& table);
-  void declareClouds(ParameterTable& table);
 };
 
 }  // namespace planar_mapping::detail

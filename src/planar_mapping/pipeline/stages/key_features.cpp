@@ -5,59 +5,18 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/pipeline/stages/builtin.h"
 #include "planar_mapping/stereo/features/cloud_features.h"
-#include "planar_mapping/stereo/features/colour_registration.h"
 #include "planar_mapping/stereo/features/feature_tracker.h"
 
 namespace planar_mapping {
 namespace {
 
 enum class Source : std::uint8_t { Auto, Image, Cloud };
-enum class Registered : std::uint8_t { Auto, Yes, No };
 
 /// Whether the image has the size of the cloud, pixel by pixel.
 bool showsTheCloud(const Frame& frame) {
   return !frame.images.left.empty() && !frame.cloud->empty() &&
          static_cast<int>(frame.cloud->width) == frame.images.left.width &&
          static_cast<int>(frame.cloud->height) == frame.images.left.height;
-}
-
-/// Brings the image of a frame to its depth: features of an image that is not registered to it get
-/// the depth of something else.
-/// \return whether it was found now that images lie elsewhere: earlier features are of no use
-bool alignColour(Registered registered, detail::ColourRegistration& registration, Frame& frame) {
-  using State = detail::ColourRegistration::State;
-  if (registered == Registered::Yes || frame.images.left.empty()) return false;
-  if (registered == Registered::No) {
-    frame.images.left = io::Image();
-    return false;
-  }
-  if (registration.state() == State::Unknown && showsTheCloud(frame)) {
-    const bool was_given_up = registration.isGivenUp();
-    registration.look(frame.images.left, pointsOf(*frame.cloud));
-    // Where poses are given these frames are mapped.
-    if (registration.isGivenUp() && !was_given_up) {
-      frame.warnings.push_back(
-          "frame " + std::to_string(frame.number) + " " + frame.source +
-          ": edges of the depth images so far meet none of the colour images: are both of the same "
-          "moment, and registered? (key_features.registered=true says they are)");
-    }
-    if (registration.state() == State::Apart) {
-      frame.images_changed = true;
-      frame.warnings.push_back(
-          "frame " + std::to_string(frame.number) + " " + frame.source +
-          ": the colour images are not registered to the depth images: things in them are " +
-          registration.describe() +
-          ", which is made good from here on, right to a few pixels; better register them, and see "
-          "that calib.yaml is the depth camera's; "
-          "key_features.registered=false leaves them out, true takes them as they are");
-    }
-  }
-  frame.image_doubtful = registration.isDoubtful();
-  frame.statistics.push_back(
-      {"colour_registered", registration.state() == State::Registered ? 1.0 : 0.0});
-  if (registration.state() == State::Apart)
-    frame.images.left = registration.aligned(frame.images.left);
-  return frame.images_changed;
 }
 
 class KeyFeaturesStage : public Stage {
@@ -72,11 +31,6 @@ class KeyFeaturesStage : public Stage {
                {{"auto", Source::Auto}, {"image", Source::Image}, {"cloud", Source::Cloud}},
                "[ours] where features come from; auto = the image, where there is one of the same "
                "size as the cloud, else the cloud");
-    table.word("registered", registered_,
-               {{"auto", Registered::Auto}, {"true", Registered::Yes}, {"false", Registered::No}},
-               "[ours] whether the colour image of a depth camera shows at each pixel what its "
-               "depth is of; false = it is left out; auto = where edges of depth meet those of the "
-               "image only elsewhere, it is scaled and shifted to there");
     table.word("detector", tracker_params_.detector,
                {{"auto", FeatureDetector::Automatic},
                 {"surf", FeatureDetector::Surf},
@@ -120,8 +74,6 @@ class KeyFeaturesStage : public Stage {
     table.basic({"source", "detector", "max_features"});
   }
   void configure(const RunSettings& settings) override {
-    if (source_ == Source::Image && registered_ == Registered::No)
-      throw ParameterError("source 'image' and registered 'false' leave nothing to look at");
     tracker_params_.threads = settings.threads;
     sampler_params_.remember_frames = tracker_params_.remember_frames;
     tracker_ = FeatureTracker(tracker_params_);
@@ -133,7 +85,6 @@ class KeyFeaturesStage : public Stage {
   }
   void process(Frame& frame) override {
     const bool pair = !frame.images.right.empty() && frame.images.calibration;
-    if (!pair && alignColour(registered_, registration_, frame)) tracker_.reset();
     const bool depth = showsTheCloud(frame);
     if (source_ == Source::Image && !pair && !depth)
       throw InputError(
@@ -184,12 +135,10 @@ class KeyFeaturesStage : public Stage {
   }
 
   Source source_ = Source::Auto;
-  Registered registered_ = Registered::Auto;
   FeatureTrackerParams tracker_params_;
   CloudFeatureParams sampler_params_;
   FeatureTracker tracker_;
   CloudFeatureSampler sampler_;
-  detail::ColourRegistration registration_;
   bool ignores_poses_ = false;
 };
 }  // namespace
