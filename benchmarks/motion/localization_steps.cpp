@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Poses that the localizer finds in sequences, against their true ones:
 //
-//   localization_steps [--every N[,N...]] [--verbose] FOLDER...
+//   localization_steps [--every N[,N...]] [--first N] [--verbose] FOLDER...
 //
 // A step leads from a frame to the next one of its submap. It is right within 5 degrees and 10 cm +
 // 5 % of the true motion. Prints a row per folder and thinning, and the sum.
@@ -30,6 +30,7 @@ using namespace planar_mapping;
 
 struct Options {
   std::vector<std::size_t> every = {1, 2, 3, 5, 8};
+  std::size_t first = 0;
   bool verbose = false;
   std::vector<std::string> folders;
 };
@@ -107,8 +108,8 @@ void judge(const Placed& before, const Placed& now, double ms, bool verbose, Row
       now.found.begins_submap ? " joined a step later" : "");
 }
 
-Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration, std::size_t every,
-            bool verbose) {
+Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration,
+            std::size_t first, std::size_t every, bool verbose) {
   LocalizerParams params;
   if (calibration.baseline)
     params.noise = SensorNoise::ofPair(calibration.camera.fx, *calibration.baseline);
@@ -116,7 +117,7 @@ Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration
   std::map<std::size_t, std::vector<Placed>> submaps;
   Row row;
   std::size_t frames = 0;
-  for (std::size_t i = 0; i < inputs.size(); i += every) {
+  for (std::size_t i = first; i < inputs.size(); i += every) {
     const Input& input = inputs[i];
     LocalizerFrame frame;
     frame.gray = input.gray;
@@ -180,6 +181,8 @@ Options optionsOf(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--verbose") == 0) {
       options.verbose = true;
+    } else if (std::strcmp(argv[i], "--first") == 0 && i + 1 < argc) {
+      options.first = static_cast<std::size_t>(std::max(0, std::atoi(argv[++i])));
     } else if (std::strcmp(argv[i], "--every") == 0 && i + 1 < argc) {
       options.every.clear();
       std::istringstream list(argv[++i]);
@@ -210,7 +213,7 @@ int main(int argc, char** argv) {
       name = name.substr(name.find_last_of('/') + 1);
       std::size_t folder_right = 0, folder_steps = 0, folder_wrong = 0;
       for (const std::size_t every : options.every) {
-        const Row row = measure(inputs, *sequence.calibration(), every, options.verbose);
+        const Row row = measure(inputs, *sequence.calibration(), options.first, every, options.verbose);
         std::printf(
             "%-24s %5zu %5zu %5zu %5zu %7zu %7zu %5zu %8.1f %7.2f %7.1f %7.2f %6.1f %6.1f\n",
             name.c_str(), every, row.steps, row.right, row.wrong, row.right_in_largest, row.submaps,

@@ -121,7 +121,7 @@ class Localizer::Impl {
     detail::LocalMap map, keyframes;
     for (const Key* key : nearest) {
       map.push_back({&key->view, T_submap_map.inverse() * key->T_submap_camera});
-      if (key->view.has_features) keyframes.push_back(map.back());
+      if (!key->view.corners.empty()) keyframes.push_back(map.back());
     }
     expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
     std::optional<detail::PoseCandidate> found;
@@ -273,10 +273,7 @@ class Localizer::Impl {
       else
         keys_.pop_back();
     }
-    if (result.is_keyframe) {
-      detail::addFeatures(view);
-      view.inverse_depth.release();
-    }
+    if (result.is_keyframe) detail::addCorners(view);
     keys_.push_back(
         {std::move(view), result.T_submap_camera, result.submap, frames_, result.is_keyframe});
     if (keys_.size() > kKeptKeys) keys_.erase(keys_.begin());

@@ -20,6 +20,9 @@ constexpr int kContrastWindow = 11;   // cells whose mean and contrast are taken
 constexpr float kMinContrast = 4.0F;  // gray levels: what is less is noise
 constexpr int kFeatures = 1000;       // at most, spread over the image
 constexpr double kSiftContrast = 0.01;
+constexpr int kCorners = 400;            // at most
+constexpr double kCornerQuality = 0.01;  // of the best one
+constexpr double kCornerDistance = 0.012;  // of the width
 // Inverse depths of one surface lie within so much of each other, of their median.
 constexpr double kSameSurface = 0.1;
 
@@ -171,6 +174,22 @@ View makeView(const LocalizerFrame& frame, const SensorNoise& noise) {
     if (cell.hasDepth()) depths.push_back(1.0F / cell.inverse_depth);
   if (!depths.empty()) view.median_depth = medianOf(depths.begin(), depths.end());
   return view;
+}
+
+void addCorners(View& view) {
+  if (!view.corners.empty()) return;
+  std::vector<cv::Point2f> found;
+  cv::goodFeaturesToTrack(view.pyramid[0], found, kCorners, kCornerQuality,
+                          kCornerDistance * view.width);
+  for (const cv::Point2f& place : found) {
+    const DepthThere there = depthAt(view, double{place.x}, double{place.y});
+    if (!(there.inverse_depth > 0.0)) continue;
+    ViewFeature corner;
+    corner.seen = {double{place.x}, double{place.y}, there.inverse_depth};
+    const double pixel = view.noise.pixel * view.noise.pixel;
+    corner.variance = {pixel, pixel, there.sigma * there.sigma};
+    view.corners.push_back(corner);
+  }
 }
 
 void addFeatures(View& view) {

@@ -54,12 +54,13 @@ struct View {
   int width = 0;   ///< pixels
   int height = 0;  ///< pixels
   double timestamp = 0.0;
+  std::vector<ViewFeature> corners;  ///< of a keyframe, for optical flow
   std::vector<ViewFeature> features;
   cv::Mat descriptors;           ///< RootSIFT, a row of 128 floats of length 1 for each feature
   ViewCells fine;                ///< 4 x 4 pixels of a VGA image
   ViewCells coarse;              ///< 8 x 8
   std::vector<cv::Mat> pyramid;  ///< for optical flow, as cv::buildOpticalFlowPyramid() makes it
-  cv::Mat inverse_depth;         ///< of each pixel, 1/m, 0 = none; empty once nobody asks
+  cv::Mat inverse_depth;         ///< of each pixel, 1/m, 0 = none
   double median_depth = 0.0;     ///< metres; 0 = nothing measured
 
   bool has_features = false;
@@ -75,6 +76,9 @@ struct View {
 View makeView(const LocalizerFrame& frame, const SensorNoise& noise);
 /// Finds the features, if that has not been done: SIFT places with their descriptors and depth.
 void addFeatures(View& view);
+
+/// Finds the corners, if that has not been done.
+void addCorners(View& view);
 
 /// Window of optical flow, pixels a side, and levels above the image.
 constexpr int kFlowWindow = 15;

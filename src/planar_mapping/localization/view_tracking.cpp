@@ -42,12 +42,12 @@ TrackedFeatures trackFeatures(const LocalMap& map, const View& now, const Pose& 
     const Pose T_now_view = T_now_map * map[k].T_map_view;
     std::vector<std::size_t> origins;
     std::vector<cv::Point2f> from, start;
-    for (std::size_t i = 0; i < before.features.size(); ++i) {
+    for (std::size_t i = 0; i < before.corners.size(); ++i) {
       FeatureSighting place;
-      if (!isExpected(before, before.features[i], now, T_now_view, place)) continue;
+      if (!isExpected(before, before.corners[i], now, T_now_view, place)) continue;
       origins.push_back(i);
-      from.emplace_back(static_cast<float>(before.features[i].seen.column),
-                        static_cast<float>(before.features[i].seen.row));
+      from.emplace_back(static_cast<float>(before.corners[i].seen.column),
+                        static_cast<float>(before.corners[i].seen.row));
       start.emplace_back(static_cast<float>(place.column), static_cast<float>(place.row));
     }
     // Evenly of all, which are by their strength or by their place.
@@ -81,7 +81,7 @@ TrackedFeatures trackFeatures(const LocalMap& map, const View& now, const Pose& 
       if (!(there.inverse_depth > 0.0)) continue;
       if (correlation(before.pyramid[0], from[i], now.pyramid[0], found[i]) < kMinCorrelation)
         continue;
-      FeatureMatch match = mapSide(map[k], before.features[origins[i]]);
+      FeatureMatch match = mapSide(map[k], before.corners[origins[i]]);
       match.now = {place.column, place.row, there.inverse_depth};
       const double pixel = now.noise.pixel * now.noise.pixel;
       match.now_variance = {pixel, pixel, there.sigma * there.sigma};

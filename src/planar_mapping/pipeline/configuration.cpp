@@ -115,6 +115,11 @@ bool hasStage(const Configuration& configuration, StageKind kind) {
       [kind](const ConfiguredStage& stage) { return stage.kind == kind && stage.enabled; });
 }
 
+bool usesImages(const Configuration& configuration) {
+  return hasStage(configuration, StageKind::Images) ||
+         hasStage(configuration, StageKind::Features) || hasStage(configuration, StageKind::Motion);
+}
+
 bool hasStageWith(const Configuration& configuration, StageKind kind, const std::string& key,
                   const std::string& word) {
   return std::any_of(configuration.stages.begin(), configuration.stages.end(),

@@ -60,6 +60,8 @@ enum class Plugins : std::uint8_t {
 
 /// Whether any enabled stage is of this kind.
 PLANAR_MAPPING_EXPORT bool hasStage(const Configuration& configuration, StageKind kind);
+/// Whether any enabled stage may look at the images of frames.
+PLANAR_MAPPING_EXPORT bool usesImages(const Configuration& configuration);
 /// Whether any enabled stage of this kind has this word for a key.
 PLANAR_MAPPING_EXPORT bool hasStageWith(const Configuration& configuration, StageKind kind,
                                         const std::string& key, const std::string& word);

@@ -86,8 +86,7 @@ Frame readFrame(const io::Sequence& sequence, std::size_t index, bool with_image
 SequenceSource::SequenceSource(const Configuration& configuration)
     : names_(configuration.inputs),
       sequence_(configuration.inputs, sequenceOptions(configuration)),
-      with_images_(hasStage(configuration, StageKind::Images) ||
-                   hasStage(configuration, StageKind::Features)),
+      with_images_(usesImages(configuration)),
       selected_(select(configuration.frames, sequence_.size())) {}
 
 std::optional<ImagesUp> SequenceSource::meanUp() const {

@@ -83,8 +83,7 @@ WatchSource::WatchSource(const Configuration& configuration, const WatchOptions&
       options_(sequenceOptions(configuration)),
       watch_(watch),
       selection_(configuration.frames),
-      with_images_(hasStage(configuration, StageKind::Images) ||
-                   hasStage(configuration, StageKind::Features)),
+      with_images_(usesImages(configuration)),
       sequence_(waitForFrames(inputs_, options_, watch)),
       next_(static_cast<std::size_t>(selection_.first)) {
   options_.growing = true;
