@@ -124,7 +124,8 @@ TEST(ViewAlignment, FindsTheMotionWithoutFeatures) {
 
 TEST(ViewTracking, FollowsFeaturesFromAPoseThatIsNearlyRight) {
   const Pose T_world_b = placed({0.05, 0.02, 0.03}, {0.01, -0.03, 0.02});
-  const View a = viewAt(Pose::Identity());
+  View a = viewAt(Pose::Identity());
+  addCorners(a);
   const View b = viewAt(T_world_b);
   const Pose guess = placed({0.01, 0.0, 0.01}, {0.0, 0.004, 0.0}) * T_world_b.inverse();
   const TrackedFeatures tracked = trackFeatures({{&a, Pose::Identity()}}, b, guess);
