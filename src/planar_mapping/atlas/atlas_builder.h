@@ -67,6 +67,9 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// can join with them.
   void loseTrack();
 
+  /// The next frame begins a submap, whatever the parameters say.
+  void closeSubmap() { is_closed_ = true; }
+
   /// All submaps that links join with the first of this session, as one map. Valid until the next
   /// call of mapForNext().
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
@@ -106,6 +109,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::optional<Pose> last_keyframe_;  ///< T_session_sensor, of the open submap
   bool is_over_ = false;
   bool is_lost_ = false;
+  bool is_closed_ = false;    ///< the open submap takes no more frames
   bool is_entering_ = false;  ///< the last link leads into the open submap, whose first frame comes
   double path_ = 0.0;         ///< in the open submap, metres
   Matrix6 drift_ = Matrix6::Zero();  ///< in it, in the frames of the sensor

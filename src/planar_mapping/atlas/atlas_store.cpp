@@ -340,10 +340,12 @@ void readSessions(SqliteFile& file, AtlasData& data) {
   }
 }
 
-void readSubmaps(SqliteFile& file, int threads, AtlasData& data) {
-  SqliteStatement row(file,
-                      "SELECT id, session, component, T_world_submap, pmap FROM submaps LEFT JOIN "
-                      "maps ON submap = id ORDER BY id");
+void readSubmaps(SqliteFile& file, int threads, AtlasContent content, AtlasData& data) {
+  const bool with_maps = content == AtlasContent::All;
+  SqliteStatement row(
+      file, with_maps ? "SELECT id, session, component, T_world_submap, pmap FROM submaps LEFT "
+                        "JOIN maps ON submap = id ORDER BY id"
+                      : "SELECT id, session, component, T_world_submap FROM submaps ORDER BY id");
   while (row.next()) {
     Submap submap;
     submap.id = row.integer(0);
@@ -352,11 +354,12 @@ void readSubmaps(SqliteFile& file, int threads, AtlasData& data) {
     submap.component = row.integer(2);
     submap.T_world_submap = poseOf(row.blob(3), name);
     requireSound(submap);
-    requireThat(!row.isNull(4), name, "has no map");
-    const BlobView bytes = row.blob(4);
+    requireThat(!with_maps || !row.isNull(4), name, "has no map");
+    const BlobView bytes = with_maps ? row.blob(4) : BlobView();
     try {
-      submap.map = std::make_shared<PlanarMap>(PlanarMap::deserialize(
-          static_cast<const std::uint8_t*>(bytes.data), bytes.size, threads));
+      if (with_maps)
+        submap.map = std::make_shared<PlanarMap>(PlanarMap::deserialize(
+            static_cast<const std::uint8_t*>(bytes.data), bytes.size, threads));
     } catch (const ParameterError&) {
       throw;
     } catch (const Error& error) {
@@ -366,11 +369,15 @@ void readSubmaps(SqliteFile& file, int threads, AtlasData& data) {
   }
 }
 
-void readKeyframes(SqliteFile& file, AtlasData& data) {
+void readKeyframes(SqliteFile& file, AtlasContent content, AtlasData& data) {
+  const bool is_whole = content != AtlasContent::Outline;
   SqliteStatement row(file,
-                      "SELECT id, submap, frame, source, timestamp, T_submap_keyframe, camera, "
-                      "width, height, sightings, descriptors, descriptor_bytes, inverse_depths, "
-                      "cells_across, thumbnail FROM keyframes ORDER BY id");
+                      std::string("SELECT id, submap, frame, source, timestamp, T_submap_keyframe, "
+                                  "camera, width, height, ") +
+                          (is_whole ? "sightings, descriptors, descriptor_bytes, inverse_depths, "
+                                      "cells_across, thumbnail"
+                                    : "x'', x'', 0, x'', 0, x''") +
+                          " FROM keyframes ORDER BY id");
   while (row.next()) {
     Keyframe keyframe;
     keyframe.id = row.integer(0);
@@ -507,14 +514,14 @@ AtlasStore AtlasStore::open(const std::string& path, AtlasAccess access) {
   return AtlasStore(std::move(impl));
 }
 
-AtlasData AtlasStore::load(int threads) {
+AtlasData AtlasStore::load(int threads, AtlasContent content) {
   SqliteFile& file = impl_->file;
   SqliteTransaction reading(file, "BEGIN");
   AtlasData data;
   try {
     readSessions(file, data);
-    readSubmaps(file, threads, data);
-    readKeyframes(file, data);
+    readSubmaps(file, threads, content, data);
+    readKeyframes(file, content, data);
     readLinks(file, data);
     requireReferences(file, data);
   } catch (const InputError& error) {
@@ -550,8 +557,8 @@ void saveAtlas(const AtlasData& data, const std::string& path, io::Overwrite ove
   out.commit();
 }
 
-AtlasData loadAtlas(const std::string& path, int threads) {
-  return AtlasStore::open(path).load(threads);
+AtlasData loadAtlas(const std::string& path, int threads, AtlasContent content) {
+  return AtlasStore::open(path).load(threads, content);
 }
 
 }  // namespace planar_mapping
