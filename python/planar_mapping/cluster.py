@@ -11,6 +11,7 @@ the same paths and have the same version of planar_map. The same command again g
 import argparse
 import ipaddress
 import json
+import logging
 import os
 import pathlib
 import shutil
@@ -143,7 +144,7 @@ def connect(options):
         return client, None
     require_safe(options.host, security, options)
     cluster = LocalCluster(n_workers=options.workers, threads_per_worker=1, host=options.host, security=security,
-                           protocol="tls" if security else "tcp", dashboard_address=None,
+                           protocol="tls" if security else "tcp", dashboard_address=None, silence_logs=logging.CRITICAL,
                            local_directory=tempfile.mkdtemp(prefix="planar_mapping_"))
     return Client(cluster, security=security), cluster
 
@@ -203,11 +204,9 @@ def make_plan(options):
         return pathlib.Path(plan).read_text()
 
 
-def map_survey(options):
-    """All jobs of a survey. Returns 0, or 5 if pieces are missing."""
+def put_plan(options, out):
+    """Puts the plan into the folder that all workers see. Returns it, and its path."""
     text = make_plan(options)
-    plan = json.loads(text)
-    out = pathlib.Path(options.output).absolute()
     out.mkdir(parents=True, exist_ok=True)
     path = out / "plan.json"
     if path.exists() and path.read_text() != text:
@@ -216,19 +215,25 @@ def map_survey(options):
     temporary = out / f".plan.json.{os.getpid()}.tmp"
     temporary.write_text(text)
     temporary.rename(path)
+    return json.loads(text), path
+
+
+def map_survey(options):
+    """All jobs of a survey. Returns 0, or 5 if pieces are missing."""
+    out = pathlib.Path(options.output).absolute()
     client, cluster = connect(options)
     try:
         require_same_version(client, options.program)
+        plan, path = put_plan(options, out)
         names = [f"piece {i} ({plan['sequences'][piece['sequence']]} frames {piece['frames']})"
                  for i, piece in enumerate(plan["pieces"])]
-        shared = [str(path), "-o", str(out), "--json"]
-        where = [shared[0]], shared[1:]
         missing = ["--allow-missing"] if options.allow_missing else []
-        failed = do_jobs(client, "submaps", {name: ["submap", *where[0], str(i), *where[1]]
-                                             for i, name in enumerate(names)}, options)[1]
-        do_jobs(client, "links", {f"links of {names[i]}, {first}:{last}":
-                                  ["links", *where[0], str(i), f"{first}:{last}", *where[1], *missing]
-                                  for i, first, last in plan["links"]}, options)
+        tail = ["-o", str(out), "--json"]
+        pieces = {name: ["submap", str(path), str(i), *tail] for i, name in enumerate(names)}
+        failed = do_jobs(client, "submaps", pieces, options)[1]
+        searches = {f"links of {names[i]} in pieces {first} to {last - 1}":
+                    ["links", str(path), str(i), f"{first}:{last}", *tail, *missing] for i, first, last in plan["links"]}
+        do_jobs(client, "links", searches, options)
         do_jobs(client, "solve", {"solve": ["solve", str(out), "--json", *missing]}, options)
         joined = do_jobs(client, "join", {"join": ["join", str(out), "-o", str(out / "map.pmap"), "--json"]}, options)[0]
     finally:
@@ -283,9 +288,7 @@ def main(arguments=None):
     except ImportError:
         print("planar_map: Dask is missing (apt-get install python3-distributed, or pip install distributed)", file=sys.stderr)
         return 2
-    import logging
-
-    logging.getLogger("distributed").setLevel(logging.ERROR)
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         return map_survey(options)
     except ClusterError as error:

@@ -381,7 +381,10 @@ SurveyReport SurveyJobs::solve(bool allow_missing) const {
 
 SurveyReport SurveyJobs::join(const std::string& map, std::optional<std::int64_t> component,
                               int threads) const {
-  const std::string target = fs::absolute(map).lexically_normal().string();
+  const fs::path absolute = fs::absolute(map).lexically_normal();
+  const bool is_here =
+      absolute.parent_path() == fs::absolute(pathOf("")).lexically_normal().parent_path();
+  const std::string target = is_here ? absolute.filename().string() : absolute.string();
   const std::string solved = pathOf("survey.json");
   std::error_code ignored;
   if (!fs::exists(solved, ignored))
@@ -396,7 +399,7 @@ SurveyReport SurveyJobs::join(const std::string& map, std::optional<std::int64_t
     const std::vector<std::int64_t> components = componentsOf(data);
     if (components.empty()) throw InputError(folder_ + ": no frame of the survey could be mapped");
     const PlanarMap joined = joinSubmaps(data, component.value_or(components.front()));
-    writingResult([&]() { io::saveMap(joined, target, io::Overwrite::Allow); });
+    writingResult([&]() { io::saveMap(joined, absolute.string(), io::Overwrite::Allow); });
     return std::make_pair(SurveyJson{{"component", component.value_or(components.front())},
                                      {"components", components}},
                           target);

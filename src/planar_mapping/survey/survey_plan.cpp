@@ -261,8 +261,8 @@ SurveyPlan parseSurveyPlan(const std::string& text, const std::string& path) {
       if (search.piece >= plan.pieces.size() || search.last > search.piece)
         throw InputError("a search for links names no pieces");
     }
-  } catch (const Json::exception& error) {
-    throw InputError(path + ": is no plan of planar_map atlas plan, or damaged: " + error.what());
+  } catch (const Json::exception&) {
+    throw InputError(path + ": is no plan of planar_map atlas plan, or damaged");
   } catch (const Error& error) {
     throw InputError(path + ": this plan cannot be used: " + error.what());
   }
