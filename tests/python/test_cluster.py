@@ -143,3 +143,25 @@ def test_a_stale_plan_is_refused(walks, one_process, tmp_path):
     done = cluster(*walks, "--piece-frames", "5", "-o", one_process, "--workers", 1, code=4)
     assert "has results of another plan" in done.stderr
     assert pathlib.Path(one_process / "map.pmap").exists()
+
+
+def test_arrays_of_slurm_do_the_same(walks, one_process, tmp_path):
+    """sbatch is played by a script that does each task of an array."""
+    sbatch = tmp_path / "sbatch"
+    sbatch.write_text("""#!/usr/bin/env python3
+import os, subprocess, sys
+given = sys.argv[1:]
+first, last = given[given.index("-a") + 1].split("-") if "-a" in given else (0, 0)
+for task in range(int(first), int(last) + 1):
+    subprocess.run(["bash", "-c", given[given.index("--wrap") + 1]], check=True, stdout=subprocess.DEVNULL,
+                   env={**os.environ, "SLURM_ARRAY_TASK_ID": str(task)})
+print(7)
+""")
+    sbatch.chmod(0o755)
+    (tmp_path / "planar_map").symlink_to(PLANAR_MAP)
+    script = pathlib.Path(__file__).parents[2] / "examples/cluster/with_slurm.sh"
+    out = tmp_path / "out"
+    out.mkdir()
+    subprocess.run([script, one_process / "plan.json", out, "--time=10"], check=True, timeout=120,
+                   env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"})
+    expect_same(one_process, out)
