@@ -29,6 +29,7 @@ struct SurveyArguments : FrameArguments {
   std::size_t piece = 0;
   std::string earlier;  ///< "J" or "A:B"
   std::optional<std::int64_t> component;
+  double tile = 0.0;  ///< metres
   int threads = 1;
   bool allow_missing = false;
 };
@@ -88,6 +89,15 @@ SurveySearch searchOf(const SurveyArguments& arguments) {
   if (read.ec != std::errc() || read.ptr != end)
     throw UsageError("'" + text + "' is no piece J and no pieces A:B, A to B - 1");
   return search;
+}
+
+void join(SurveyArguments& given) {
+  const SurveyJobs jobs(given.plan);
+  if (given.tile <= 0.0)
+    return tell(jobs.join(given.output, given.component, given.threads), given.json);
+  for (const SurveyReport& report :
+       jobs.joinTiles(given.output, given.tile, given.component, given.threads))
+    tell(report, given.json);
 }
 
 }  // namespace
@@ -186,12 +196,15 @@ void addSurveyCommands(CLI::App& atlas) {
                     "Leave pieces out that were not mapped");
   addFolder(linking);
 
-  auto* joining =
-      add("join", "Job: one map of a survey that was solved", [](SurveyArguments& given) {
-        tell(SurveyJobs(given.plan).join(given.output, given.component, given.threads), given.json);
-      });
+  auto* joining = add("join", "Job: one map of a survey that was solved", join);
   joining->add_option("folder", arguments->plan, "Folder of the survey")->required();
-  joining->add_option("-o,--output", arguments->output, "Map to write (*.pmap)")->required();
+  joining
+      ->add_option("-o,--output", arguments->output,
+                   "Map to write (*.pmap), or with --tile the folder of the tiles")
+      ->required();
+  addChecked(*joining, "--tile", arguments->tile, numberIn(0.0, 1e6),
+             "Side of tiles map_X_Y.pmap, metres, rounded up to whole cubes of 32 cells; 0 = one "
+             "map");
   joining->add_option("--component", arguments->component,
                       "Number of a component (info); default: that of the first submap");
   addJobOptions(joining);

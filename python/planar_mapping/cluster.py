@@ -42,7 +42,8 @@ def version_of(program):
 
 
 def run_job(program, arguments):
-    """A job, on a worker. Its errors come with the name of the worker."""
+    """A job, on a worker; its record stays in the folder but for the components. Its errors come with the worker's name."""
+    import json
     import subprocess
 
     import distributed
@@ -51,13 +52,7 @@ def run_job(program, arguments):
     if done.returncode != 0:
         text = done.stderr.strip() or f"ended with {done.returncode}"
         raise RuntimeError(f"{text} (worker {distributed.get_worker().name})")
-    return json_of(done.stdout)
-
-
-def json_of(text):
-    import json
-
-    return json.loads(text)
+    return json.loads(done.stdout).get("components")
 
 
 def seconds_text(seconds):
@@ -162,28 +157,28 @@ def require_same_version(client, program):
 
 
 def do_jobs(client, what, jobs, options):
-    """Runs jobs {name: arguments}, each up to three times. Returns {name: record}, and says which failed."""
+    """Runs jobs {name: arguments}, each up to three times. Returns what the last one said, and which failed."""
     from distributed import as_completed
 
     progress = Progress(what, len(jobs), options.quiet)
     # Jobs of one kind have no order among them; a result that is there already costs a job some milliseconds.
     names = {client.submit(run_job, options.program, arguments, key=f"{name}-{time.time_ns()}", retries=ATTEMPTS - 1): name
              for name, arguments in jobs.items()}
-    records = {}
-    failed = {}
+    said = None
+    failed = []
     for future in as_completed(list(names)):
         name = names[future]
         if future.status == "finished":
-            records[name] = future.result()
+            said = future.result()
         else:
-            failed[name] = str(future.exception())
-            print(f"\nplanar_map: {name} failed {ATTEMPTS} times: {failed[name]}", file=sys.stderr)
+            failed.append(name)
+            print(f"planar_map: {name} failed {ATTEMPTS} times: {future.exception()}", file=sys.stderr)
         future.release()
         progress.step()
     if failed and not (options.allow_missing and what == "submaps"):
         advice = "; --allow-missing leaves them out" if what == "submaps" else ""
         raise ClusterError(f"{len(failed)} of {len(jobs)} {what} failed; the same command goes on with them{advice}")
-    return records, failed
+    return said, failed
 
 
 def make_plan(options):
@@ -235,16 +230,16 @@ def map_survey(options):
                     ["links", str(path), str(i), f"{first}:{last}", *tail, *missing] for i, first, last in plan["links"]}
         do_jobs(client, "links", searches, options)
         do_jobs(client, "solve", {"solve": ["solve", str(out), "--json", *missing]}, options)
-        joined = do_jobs(client, "join", {"join": ["join", str(out), "-o", str(out / "map.pmap"), "--json"]}, options)[0]
+        join = ["join", str(out), "-o", str(out / "map.pmap"), "--json"]
+        components = do_jobs(client, "join", {"join": join}, options)[0]
     finally:
         client.close()
         if cluster is not None:
             cluster.close()
     for left in out.glob(".*.tmp*"):  # of workers that were killed
         left.unlink(missing_ok=True)
-    others = len(joined["join"]["components"]) - 1
-    if others > 0:
-        print(f"planar_map: note: {others} more components have no link with the first; planar_map atlas info "
+    if len(components) > 1:
+        print(f"planar_map: note: {len(components) - 1} more components have no link with the first; planar_map atlas info "
               f"{out}/survey.atlas lists them", file=sys.stderr)
     if failed:
         print(f"planar_map: warning: {len(failed)} of {len(names)} pieces are missing in the map", file=sys.stderr)

@@ -87,6 +87,34 @@ TEST_F(Survey, PiecesWithoutLinksLieWhereTheSharedFramesSay) {
   EXPECT_LT((T_last_first.translation() - truth.translation()).norm(), 0.1);
 }
 
+TEST_F(Survey, AMapLargerThanMemoryIsJoinedInTiles) {
+  expectExit(0, plan({walk().path()}));
+  doJobs(3);
+  const std::string tiles = directory_ / "tiles";
+  const std::vector<std::string> joining = {"join", out_, "-o", tiles, "--tile", "3"};
+  const std::string said = expectExit(0, job(joining)).out;
+  EXPECT_NE(std::string::npos, said.find("map_-1_0.pmap")) << said;
+  EXPECT_EQ(3.2, Json::parse(read("tiles/tiles.json"))["side_m"]);
+  EXPECT_EQ(std::string::npos, expectExit(0, job(joining)).out.find("wrote"));
+  // As one map: points of all tiles, and a point that only its tile is read for.
+  const auto states = [&](const std::string& map) {
+    const Json answer =
+        Json::parse(expectExit(0, planarMap({"query", map, "--points", room(), "--json"})).out);
+    return answer["cloud"];
+  };
+  EXPECT_EQ(states(out_), states(tiles));
+  const auto stateAt = [&](const std::string& map) {
+    return planarMap({"query", map, "--point", "1.5,1.5,-0.05"}).out;
+  };
+  const std::string state = stateAt(tiles);
+  EXPECT_EQ(0u, state.find("point 1.5,1.5,-0.05: ")) << state;
+  write("tiles/map_-1_-1.pmap", "cut");
+  EXPECT_EQ(state, stateAt(tiles));
+  expectExit(4, planarMap({"convert", tiles, directory_ / "all.json"}), "map_-1_-1.pmap");
+  expectExit(0, job(joining));
+  expectExit(0, planarMap({"convert", tiles, directory_ / "all.json"}));
+}
+
 TEST_F(Survey, AJobThatIsDoneIsSkippedAndOneCutShortIsDoneAgain) {
   expectExit(0, plan({walk().path()}));
   doJobs(3);

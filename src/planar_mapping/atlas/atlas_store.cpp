@@ -340,6 +340,18 @@ void readSessions(SqliteFile& file, AtlasData& data) {
   }
 }
 
+std::shared_ptr<const PlanarMap> mapOf(const BlobView& bytes, const std::string& name,
+                                       int threads) {
+  try {
+    return std::make_shared<PlanarMap>(
+        PlanarMap::deserialize(static_cast<const std::uint8_t*>(bytes.data), bytes.size, threads));
+  } catch (const ParameterError&) {
+    throw;
+  } catch (const Error& error) {
+    throw InputError(name + ": its map " + error.what());
+  }
+}
+
 void readSubmaps(SqliteFile& file, int threads, AtlasContent content, AtlasData& data) {
   const bool with_maps = content == AtlasContent::All;
   SqliteStatement row(
@@ -355,16 +367,7 @@ void readSubmaps(SqliteFile& file, int threads, AtlasContent content, AtlasData&
     submap.T_world_submap = poseOf(row.blob(3), name);
     requireSound(submap);
     requireThat(!with_maps || !row.isNull(4), name, "has no map");
-    const BlobView bytes = with_maps ? row.blob(4) : BlobView();
-    try {
-      if (with_maps)
-        submap.map = std::make_shared<PlanarMap>(PlanarMap::deserialize(
-            static_cast<const std::uint8_t*>(bytes.data), bytes.size, threads));
-    } catch (const ParameterError&) {
-      throw;
-    } catch (const Error& error) {
-      throw InputError(name + ": its map " + error.what());
-    }
+    if (with_maps) submap.map = mapOf(row.blob(4), name, threads);
     data.submaps.push_back(std::move(submap));
   }
 }
@@ -529,6 +532,13 @@ AtlasData AtlasStore::load(int threads, AtlasContent content) {
   }
   reading.commit();
   return data;
+}
+
+std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int threads) {
+  SqliteStatement row(impl_->file, "SELECT pmap FROM maps WHERE submap = ?");
+  row.start(submap);
+  if (!row.next()) throw InputError(path() + ": has no submap " + std::to_string(submap));
+  return mapOf(row.blob(0), named("submap", submap), threads);
 }
 
 void AtlasStore::append(const AtlasData& part, const AtlasData& solved) {

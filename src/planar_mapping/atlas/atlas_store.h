@@ -47,6 +47,9 @@ class PLANAR_MAPPING_EXPORT AtlasStore {
   /// \param threads  of the maps (PlanarMap::deserialize()); 0 = all cores
   AtlasData load(int threads = 1, AtlasContent content = AtlasContent::All);
 
+  /// The map of one submap. \throws InputError if there is none with this id
+  std::shared_ptr<const PlanarMap> map(std::int64_t submap, int threads = 1);
+
   /// Adds the sessions, submaps, keyframes and links of \p part, in one transaction: usually one
   /// submap with its keyframes and the links that were found with it. What they refer to is in
   /// \p part or in the file.

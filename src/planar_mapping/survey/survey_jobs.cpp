@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <system_error>
@@ -20,6 +21,8 @@
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
+#include "planar_mapping/map/joined_map.h"
+#include "planar_mapping/map/map_tiles.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/runner.h"
@@ -379,31 +382,87 @@ SurveyReport SurveyJobs::solve(bool allow_missing) const {
   });
 }
 
+/// The record of solve(). \throws InputError if it was not called
+std::string SurveyJobs::requireSolved() const {
+  std::error_code ignored;
+  if (!fs::exists(pathOf("survey.json"), ignored))
+    throw InputError(folder_ + ": has no survey.atlas: planar_map atlas solve comes first");
+  return pathOf("survey.json");
+}
+
+std::int64_t SurveyJobs::firstComponent(const AtlasData& data) const {
+  if (data.submaps.empty()) throw InputError(folder_ + ": no frame of the survey could be mapped");
+  return componentsOf(data).front();
+}
+
 SurveyReport SurveyJobs::join(const std::string& map, std::optional<std::int64_t> component,
                               int threads) const {
   const fs::path absolute = fs::absolute(map).lexically_normal();
   const bool is_here =
       absolute.parent_path() == fs::absolute(pathOf("")).lexically_normal().parent_path();
   const std::string target = is_here ? absolute.filename().string() : absolute.string();
-  const std::string solved = pathOf("survey.json");
-  std::error_code ignored;
-  if (!fs::exists(solved, ignored))
-    throw InputError(folder_ + ": has no survey.atlas: planar_map atlas solve comes first");
   const SurveyJson read = {{"files", 1},
-                           {"survey", detail::fileRecord(solved)},
+                           {"survey", detail::fileRecord(requireSolved())},
                            {"map", target},
                            {"component", component ? SurveyJson(*component) : SurveyJson()}};
   const SurveyRecord record(pathOf("map.json"), plan_.checksum, read);
   return doJob("join", record, [&]() {
     const AtlasData data = loadAtlas(pathOf(kAtlasName), threads);
-    const std::vector<std::int64_t> components = componentsOf(data);
-    if (components.empty()) throw InputError(folder_ + ": no frame of the survey could be mapped");
-    const PlanarMap joined = joinSubmaps(data, component.value_or(components.front()));
+    const std::int64_t chosen = component.value_or(firstComponent(data));
+    const PlanarMap joined = joinSubmaps(data, chosen);
     writingResult([&]() { io::saveMap(joined, absolute.string(), io::Overwrite::Allow); });
-    return std::make_pair(SurveyJson{{"component", component.value_or(components.front())},
-                                     {"components", components}},
+    return std::make_pair(SurveyJson{{"component", chosen}, {"components", componentsOf(data)}},
                           target);
   });
+}
+
+std::vector<SurveyReport> SurveyJobs::joinTiles(const std::string& folder, double side,
+                                                std::optional<std::int64_t> component,
+                                                int threads) const {
+  const SurveyJson solved = detail::fileRecord(requireSolved());
+  AtlasStore store = AtlasStore::open(pathOf(kAtlasName));
+  const AtlasData data = store.load(1, AtlasContent::Outline);
+  const std::int64_t chosen = component.value_or(firstComponent(data));
+  double tile = 0.0;
+  std::map<std::pair<int, int>, std::vector<const Submap*>> tiles;  // that a submap reaches into
+  for (const Submap& submap : data.submaps) {
+    if (submap.component != chosen) continue;
+    const std::shared_ptr<const PlanarMap> map = store.map(submap.id, threads);
+    if (tile <= 0.0) tile = tileSide(map->params(), side);
+    const Eigen::AlignedBox3d reach = reachOf(*map).transformed(submap.T_world_submap);
+    if (reach.isEmpty()) continue;
+    const auto at = [tile](double x) { return static_cast<int>(std::floor(x / tile)); };
+    for (int x = at(reach.min().x()); x <= at(reach.max().x()); ++x)
+      for (int y = at(reach.min().y()); y <= at(reach.max().y()); ++y)
+        tiles[{x, y}].push_back(&submap);
+  }
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw OutputError(folder + ": cannot be created: " + error.message());
+  const std::string said = SurveyJson{{"side_m", tile}, {"component", chosen}}.dump(1) + "\n";
+  writingResult([&]() {
+    io::writeFileAtomically((fs::path(folder) / "tiles.json").string(), said, io::Overwrite::Allow);
+  });
+  std::vector<SurveyReport> reports;
+  for (const auto& [place, submaps] : tiles) {
+    const auto& [x, y] = place;
+    const std::string name = "map_" + std::to_string(x) + "_" + std::to_string(y);
+    const SurveyRecord record(
+        (fs::path(folder) / (name + ".json")).string(), plan_.checksum,
+        {{"files", 1}, {"survey", solved}, {"side_m", tile}, {"component", chosen}});
+    reports.push_back(doJob(name, record, [&]() {
+      JoinedMap joined;
+      for (const Submap* submap : submaps)
+        joined.set(static_cast<std::int32_t>(submap->id), store.map(submap->id, threads),
+                   submap->T_world_submap);
+      const PlanarMap part = tileOf(joined.map(), tile, x, y);
+      const std::string file = (fs::path(folder) / (name + ".pmap")).string();
+      writingResult([&]() { io::saveMap(part, file, io::Overwrite::Allow); });
+      return std::make_pair(SurveyJson{{"submaps", submaps.size()}, {"frames", part.frames()}},
+                            name + ".pmap");
+    }));
+  }
+  return reports;
 }
 
 }  // namespace planar_mapping

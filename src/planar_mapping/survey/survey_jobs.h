@@ -49,9 +49,18 @@ class PLANAR_MAPPING_EXPORT SurveyJobs {
   SurveyReport join(const std::string& map, std::optional<std::int64_t> component = {},
                     int threads = 1) const;
 
+  /// The same as tiles of a folder, map_X_Y.pmap, for maps larger than memory: only the submaps
+  /// that reach into a tile are loaded for it. io::loadMap() opens the folder as one map. \param
+  /// side  of a tile, metres, see tileSide()
+  std::vector<SurveyReport> joinTiles(const std::string& folder, double side,
+                                      std::optional<std::int64_t> component = {},
+                                      int threads = 1) const;
+
  private:
   std::string pathOf(const std::string& name) const;
   std::string recordOf(std::size_t piece) const;
+  std::string requireSolved() const;
+  std::int64_t firstComponent(const AtlasData& data) const;
   bool hasPiece(std::size_t piece, bool allow_missing) const;
 
   std::string folder_;
