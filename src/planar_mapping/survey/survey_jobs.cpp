@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -424,7 +425,8 @@ std::vector<SurveyReport> SurveyJobs::joinTiles(const std::string& folder, doubl
   const AtlasData data = store.load(1, AtlasContent::Outline);
   const std::int64_t chosen = component.value_or(firstComponent(data));
   double tile = 0.0;
-  std::map<std::pair<int, int>, std::vector<const Submap*>> tiles;  // that a submap reaches into
+  std::set<std::pair<int, int>> tiles;
+  std::vector<std::pair<const Submap*, Eigen::AlignedBox3d>> reaches;
   for (const Submap& submap : data.submaps) {
     if (submap.component != chosen) continue;
     const std::shared_ptr<const PlanarMap> map = store.map(submap.id, threads);
@@ -433,9 +435,14 @@ std::vector<SurveyReport> SurveyJobs::joinTiles(const std::string& folder, doubl
     if (reach.isEmpty()) continue;
     const auto at = [tile](double x) { return static_cast<int>(std::floor(x / tile)); };
     for (int x = at(reach.min().x()); x <= at(reach.max().x()); ++x)
-      for (int y = at(reach.min().y()); y <= at(reach.max().y()); ++y)
-        tiles[{x, y}].push_back(&submap);
+      for (int y = at(reach.min().y()); y <= at(reach.max().y()); ++y) tiles.emplace(x, y);
+    reaches.emplace_back(&submap, reach);
   }
+  // With those of the next tiles: surfaces that go on there are the same in both.
+  const auto isNear = [tile](const Eigen::AlignedBox3d& reach, int x, int y) {
+    return reach.max().x() >= tile * (x - 1) && reach.min().x() <= tile * (x + 2) &&
+           reach.max().y() >= tile * (y - 1) && reach.min().y() <= tile * (y + 2);
+  };
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw OutputError(folder + ": cannot be created: " + error.message());
@@ -444,21 +451,21 @@ std::vector<SurveyReport> SurveyJobs::joinTiles(const std::string& folder, doubl
     io::writeFileAtomically((fs::path(folder) / "tiles.json").string(), said, io::Overwrite::Allow);
   });
   std::vector<SurveyReport> reports;
-  for (const auto& [place, submaps] : tiles) {
-    const auto& [x, y] = place;
+  for (const auto& [x, y] : tiles) {
     const std::string name = "map_" + std::to_string(x) + "_" + std::to_string(y);
     const SurveyRecord record(
         (fs::path(folder) / (name + ".json")).string(), plan_.checksum,
         {{"files", 1}, {"survey", solved}, {"side_m", tile}, {"component", chosen}});
-    reports.push_back(doJob(name, record, [&]() {
+    reports.push_back(doJob(name, record, [&, tile_x = x, tile_y = y]() {
       JoinedMap joined;
-      for (const Submap* submap : submaps)
-        joined.set(static_cast<std::int32_t>(submap->id), store.map(submap->id, threads),
-                   submap->T_world_submap);
-      const PlanarMap part = tileOf(joined.map(), tile, x, y);
+      for (const auto& [submap, reach] : reaches)
+        if (isNear(reach, tile_x, tile_y))
+          joined.set(static_cast<std::int32_t>(submap->id), store.map(submap->id, threads),
+                     submap->T_world_submap);
+      const PlanarMap part = tileOf(joined.map(), tile, tile_x, tile_y);
       const std::string file = (fs::path(folder) / (name + ".pmap")).string();
       writingResult([&]() { io::saveMap(part, file, io::Overwrite::Allow); });
-      return std::make_pair(SurveyJson{{"submaps", submaps.size()}, {"frames", part.frames()}},
+      return std::make_pair(SurveyJson{{"submaps", joined.size()}, {"frames", part.frames()}},
                             name + ".pmap");
     }));
   }

@@ -63,7 +63,7 @@ TEST_F(MapTiles, AnswerAsTheMapDoesButForHalfACellAtTheirSides) {
   }
   EXPECT_GT(occupied, 100u);
   // Cuboids of the rest of a surface may end elsewhere.
-  EXPECT_LT(1000 * others, asked) << others << " of " << asked;
+  EXPECT_LT(100 * others, asked) << others << " of " << asked;
 }
 
 TEST_F(MapTiles, AreTogetherTheMap) {
