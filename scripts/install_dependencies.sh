@@ -20,6 +20,7 @@ test_packages=(
   clang-format clang-tidy xvfb xauth doxygen librapidcheck-dev
   python3-zstandard python3-pytest python3-matplotlib python3-pandas
   libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d python3-ezdxf librsvg2-bin chromium  # readers of exports
+  python3-distributed parallel                                                          # planar_mapping.cluster, examples/cluster
   libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev                               # examples/ros1
 )
 case ${1:-} in

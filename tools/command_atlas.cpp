@@ -38,6 +38,7 @@ struct AtlasArguments {
   std::string by = "session";
   bool json = false;
   bool force = false;
+  bool allow_missing = false;
 
   io::Overwrite overwrite() const { return force ? io::Overwrite::Allow : io::Overwrite::Refuse; }
 };
@@ -167,6 +168,9 @@ void printLoops(const Json& loops) {
 
 /// Refuses and takes back loops, solves, and writes all of that at once.
 void solve(const AtlasArguments& arguments) {
+  std::error_code ignored;
+  if (fs::is_directory(arguments.file, ignored))
+    return solveSurvey(arguments.file, arguments.allow_missing, arguments.json);
   AtlasStore::open(arguments.file);  // what cannot be read is no fault of writing
   std::optional<AtlasStore> store;
   writeResults([&]() { store = AtlasStore::open(arguments.file, AtlasAccess::Write); });
@@ -343,7 +347,12 @@ void addAtlasCommand(CLI::App& app, int&) {
   addJson(loops);
 
   auto* solving = add("solve", "Moves the submaps so that the links agree", solve);
-  addFile(solving);
+  solving
+      ->add_option("file", arguments->file,
+                   "Atlas (*.atlas), or the folder of a survey: makes survey.atlas in it")
+      ->required();
+  solving->add_flag("--allow-missing", arguments->allow_missing,
+                    "Of a survey: leave pieces out that were not mapped");
   addJson(solving);
   solving
       ->add_option("--without-loop", arguments->without_loops,
@@ -374,6 +383,8 @@ void addAtlasCommand(CLI::App& app, int&) {
   splitting->add_option("--by", arguments->by, "session or component")
       ->capture_default_str()
       ->check(CLI::IsMember({"session", "component"}));
+
+  addSurveyCommands(*atlas);
 }
 
 }  // namespace planar_mapping::tools

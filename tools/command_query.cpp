@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +13,7 @@
 
 #include "commands.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"
@@ -115,12 +118,49 @@ void printLine(std::ostream& out, const std::string& kind, const std::string& qu
   out << '\n';
 }
 
+/// The side of tiles, metres. \throws IoError
+double sideOfTiles(const std::string& folder) {
+  const std::string path = (std::filesystem::path(folder) / "tiles.json").string();
+  try {
+    return Json::parse(io::readWholeText(path)).at("side_m");
+  } catch (const Json::exception&) {
+    throw IoError(path, "is damaged");
+  }
+}
+
+/// The map; of one in tiles only those that points and boxes lie in.
+PlanarMap mapFor(const QueryArguments& arguments) {
+  const std::vector<io::MapTile> tiles = io::mapTilesOf(arguments.map);
+  if (tiles.empty() || !arguments.rays.empty() || !arguments.cloud.empty())
+    return io::loadMap(arguments.map);
+  const double side = sideOfTiles(arguments.map);
+  std::vector<Eigen::AlignedBox2d> asked;
+  for (const std::string& text : arguments.points) {
+    const std::array<double, 3> p = numbersOf<3>("--point", text);
+    asked.emplace_back(Eigen::Vector2d(p[0], p[1]));
+  }
+  for (const std::string& text : arguments.boxes) {
+    const std::array<double, 6> b = numbersOf<6>("--box", text);
+    asked.emplace_back(Eigen::Vector2d(b[0], b[1]), Eigen::Vector2d(b[3], b[4]));
+  }
+  std::vector<io::MapTile> wanted;
+  for (const io::MapTile& tile : tiles) {
+    const Eigen::AlignedBox2d area(side * Eigen::Vector2d(tile.x, tile.y),
+                                   side * Eigen::Vector2d(tile.x + 1, tile.y + 1));
+    if (std::any_of(asked.begin(), asked.end(),
+                    [&](const Eigen::AlignedBox2d& box) { return area.intersects(box); }))
+      wanted.push_back(tile);
+  }
+  if (wanted.empty()) wanted.push_back(tiles.front());  // nothing is known there
+  return io::loadTiles(wanted);
+}
+
 void answer(const QueryArguments& arguments) {
   if (arguments.points.empty() && arguments.boxes.empty() && arguments.rays.empty() &&
       arguments.cloud.empty()) {
     throw UsageError("query needs a question: --point, --box, --ray or --points");
   }
-  const PlanarMap map = io::loadMap(arguments.map);
+  const PlanarMap map = mapFor(arguments);
   io::CloudData cloud;
   if (!arguments.cloud.empty())
     cloud = io::readCloudFile(arguments.cloud, io::CloudChannels::none());
@@ -143,7 +183,7 @@ void answer(const QueryArguments& arguments) {
 void addQueryCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("query", "Is it free, occupied or unknown there?");
   const auto arguments = std::make_shared<QueryArguments>();
-  command->add_option("map", arguments->map, "Map (*.pmap), or the result folder of a run")
+  command->add_option("map", arguments->map, "Map (*.pmap), the result folder of a run, or tiles")
       ->required();
   command->add_option("--point", arguments->points, "x,y,z, metres; repeatable")
       ->allow_extra_args(false);

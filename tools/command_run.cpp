@@ -25,12 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether a word of the command line is a configuration, not an input.
-bool isConfigurationName(const std::string& word) {
-  const std::string extension = fs::path(word).extension().string();
-  return extension == ".yaml" || extension == ".yml";
-}
-
 struct RunArguments : FrameArguments {
   RunOptions options;
   std::string profile;
@@ -42,6 +36,7 @@ struct RunArguments : FrameArguments {
   bool verbose = false;
   std::vector<std::string> words;  ///< configuration, inputs, or both
   std::string watched;             ///< folder
+  std::string plan;                ///< of a survey
   double idle = 0.0;
   ListenArguments listen;
 };
@@ -53,21 +48,6 @@ WatchOptions watchOptionsOf(const RunArguments& arguments) {
 std::optional<Vector3> originOf(const RunArguments& arguments) {
   if (arguments.origin.empty()) return std::nullopt;
   return Vector3(numbersOf<3>("--origin", arguments.origin).data());
-}
-
-/// Takes the ready configuration for an input, and says what the input is and what was chosen.
-void chooseConfiguration(const io::Sequence& sequence, RunArguments& arguments) {
-  const ReadyConfiguration ready = readyConfigurationFor(sequence);
-  arguments.configuration = planar_mapping::findConfiguration(ready.name);
-  arguments.assignments.insert(arguments.assignments.begin(), ready.assignments.begin(),
-                               ready.assignments.end());
-  if (arguments.quiet) return;
-  std::string sentence;
-  for (const std::string& note : describe(sequence))
-    sentence += (sentence.empty() ? arguments.inputs.front() + ": " : "; ") + note;
-  std::cerr << "planar_map: " << sentence << "; configuration " << arguments.configuration;
-  for (const std::string& assignment : ready.assignments) std::cerr << " --set " << assignment;
-  std::cerr << (ready.why.empty() ? "" : " (" + ready.why + ")") << '\n';
 }
 
 /// Sorts the words into configuration and inputs; the inputs choose a configuration where none is
@@ -185,6 +165,11 @@ int run(RunArguments& arguments) {
     throw UsageError("--resume finishes the run, --force overwrites it: give one of them");
   RunOptions& options = arguments.options;
   stopOnSignal();  // from now on
+#if PLANAR_MAPPING_HAS_ATLAS
+  if (!arguments.plan.empty())
+    return runSurvey(arguments.plan, arguments.options.output, std::max(0, arguments.threads),
+                     arguments.quiet);
+#endif
   findConfiguration(arguments);
   options.overwrite = arguments.force;
   options.stop = &stopOnSignal();
@@ -276,6 +261,17 @@ void addRunCommand(CLI::App& app, int& exit_code) {
       ->add_option("--submap-frames", arguments->options.submap_frames,
                    "With --atlas: frames after which a submap is closed")
       ->check(CLI::Range(1, 1000000));
+#if PLANAR_MAPPING_HAS_ATLAS
+  command
+      ->add_option(
+          "--plan", arguments->plan,
+          "Plan of a survey (planar_map atlas plan), in place of inputs: all its jobs here, "
+          "one after the other; what was done before is not done again")
+      ->excludes("input")
+      ->excludes("--input")
+      ->excludes("--atlas")
+      ->excludes(resume);
+#endif
   command->add_flag("--strict", arguments->strict, "Exit code 5 if the result is degraded");
   command->add_flag("-v,--verbose", arguments->verbose, "Show run.log as it comes about");
   command->add_flag("--json", arguments->json, "Print metrics.json instead of a summary");

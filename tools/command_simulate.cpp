@@ -24,6 +24,7 @@ struct SimulateArguments {
   std::string directory;
   std::string content = "clouds", path = "forward";
   double yaw_deg = 0.0;
+  int walks = 1;
   bool perfect = false;
   bool force = false;
   bool quiet = false;
@@ -58,9 +59,17 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
                      "Metres between frames, >= 0; 0 = the frames are spread over the whole path");
   command.add_option("--length", params.length,
                      "Length of the corridor, metres, 8 to 1000; 0 = the hand-made one of 16 m");
+  command.add_option("--floors", params.floors, "Storeys of the building, 1 to 20");
+  command.add_option("--rooms", params.rooms, "Rooms on each floor of the building, 2 to 200");
+  command
+      .add_option("--walks", arguments.walks,
+                  "Ways through the building, each a sequence DIR/walk_N; 1 = DIR itself")
+      ->check(CLI::Range(1, 10000));
   command.add_flag("--moving", params.moving,
                    "Adds a person who leaves and, in the corridor, a door that opens");
-  command.add_option("--seed", params.seed, "Seed of the noise, and of the layout of white")
+  command
+      .add_option("--seed", params.seed,
+                  "Seed of the noise, and of the layout of white and building")
       ->check(CLI::Range(std::int64_t{0}, RunSettings::kLargestSeed));
   addChecked(command, "--yaw-deg", arguments.yaw_deg, numberIn(-3600.0, 3600.0),
              "Turns the whole world about z, degrees");
@@ -87,6 +96,16 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
 }
 
 void simulate(const SimulateArguments& arguments) {
+  if (arguments.walks > 1) {
+    SimulateArguments one = arguments;
+    one.walks = 1;
+    for (int walk = 0; walk < arguments.walks; ++walk) {
+      one.params.walk = walk;
+      one.directory = arguments.directory + "/walk_" + std::to_string(walk);
+      simulate(one);
+    }
+    return;
+  }
   const evaluation::SimulationParams& params = arguments.params;
   const evaluation::Simulation simulation(params);
   const bool show = !arguments.quiet && ::isatty(STDERR_FILENO) == 1;
@@ -115,6 +134,8 @@ void addSimulateCommand(CLI::App& app, int&) {
     evaluation::SimulationParams& params = arguments->params;
     params.yaw = arguments->yaw_deg * kRadiansPerDegree;
     params.path = kPaths.at(arguments->path);
+    if (arguments->walks > 1 && params.scene != "building")
+      throw UsageError("--walks is of the building");
     params.clouds = arguments->content != "images";
     params.images = arguments->content != "clouds";
     if (arguments->perfect) {

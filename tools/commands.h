@@ -47,6 +47,12 @@ AddCommand addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand
     addMergeCommand, addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand,
     addEvaluateCommand, addAtlasCommand, addLocalizeCommand;
 
+/// plan, submap, links and join of `planar_map atlas`, and its solve of a folder of a survey.
+void addSurveyCommands(CLI::App& atlas);
+void solveSurvey(const std::string& folder, bool allow_missing, bool json);
+/// All jobs of a plan, one after the other.
+int runSurvey(const std::string& plan, const std::string& output, int threads, bool quiet);
+
 /// A program that was built or installed beside this one.
 struct Companion {
   std::string name;

@@ -9,9 +9,12 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 
 #include "planar_mapping/pipeline/pipeline.h"
+#include "planar_mapping/pipeline/ready_configuration.h"
+#include "planar_mapping/pipeline/sequence_source.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -86,6 +89,25 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
   if (!arguments.poses.empty()) configuration.poses = arguments.poses;
   if (!arguments.calibration.empty()) configuration.calibration = arguments.calibration;
   return configuration;
+}
+
+bool isConfigurationName(const std::string& word) {
+  const std::string extension = std::filesystem::path(word).extension().string();
+  return extension == ".yaml" || extension == ".yml";
+}
+
+void chooseConfiguration(const io::Sequence& sequence, FrameArguments& arguments) {
+  const ReadyConfiguration ready = readyConfigurationFor(sequence);
+  arguments.configuration = planar_mapping::findConfiguration(ready.name);
+  arguments.assignments.insert(arguments.assignments.begin(), ready.assignments.begin(),
+                               ready.assignments.end());
+  if (arguments.quiet) return;
+  std::string sentence;
+  for (const std::string& note : describe(sequence))
+    sentence += (sentence.empty() ? arguments.inputs.front() + ": " : "; ") + note;
+  std::cerr << "planar_map: " << sentence << "; configuration " << arguments.configuration;
+  for (const std::string& assignment : ready.assignments) std::cerr << " --set " << assignment;
+  std::cerr << (ready.why.empty() ? "" : " (" + ready.why + ")") << '\n';
 }
 
 std::atomic<bool>& stopOnSignal() {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "commands.h"
+#include "planar_mapping/io/layouts/sequence.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame_source.h"
 
@@ -40,6 +41,12 @@ void addFrameOptions(CLI::App& command, FrameArguments& arguments);
 /// The configuration with the command line's assignments, then \p assignments, inputs and poses.
 Configuration loadFor(const FrameArguments& arguments, const std::string& profile,
                       std::vector<std::string> assignments);
+
+/// Whether a word of the command line is a configuration, not an input.
+bool isConfigurationName(const std::string& word);
+
+/// Takes the ready configuration for an input, and says what the input is and what was chosen.
+void chooseConfiguration(const io::Sequence& sequence, FrameArguments& arguments);
 
 /// `run --listen`: frames from a front-end on another machine.
 struct ListenArguments {

@@ -40,11 +40,9 @@ struct KnownScene {
   BuildScene* build;
 };
 
-constexpr KnownScene kScenes[] = {{"room", buildRoom},
-                                  {"corridor", buildCorridor},
-                                  {"outdoor", buildOutdoor},
-                                  {"rooms", buildRooms},
-                                  {"white", buildWhite}};
+constexpr KnownScene kScenes[] = {{"room", buildRoom},       {"corridor", buildCorridor},
+                                  {"outdoor", buildOutdoor}, {"rooms", buildRooms},
+                                  {"white", buildWhite},     {"building", buildBuilding}};
 
 }  // namespace
 
@@ -92,6 +90,9 @@ void SceneParams::validate() const {
   }
   requireInRange("frames", frames, 1, 100000);
   requireInRange("step", step, 0.0, 1e3, "m");
+  requireInRange("floors", floors, 1, 20);
+  requireInRange("rooms", rooms, 2, 200);
+  requireInRange("walk", walk, 0, 10000);
   if (length != 0.0) {
     requireInRange("length", length, 8.0, 1000.0, "m");
     if (scene != "corridor") throw ParameterError("only the corridor has a length to choose");

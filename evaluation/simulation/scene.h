@@ -90,15 +90,18 @@ struct PLANAR_MAPPING_EXPORT SceneParams {
   /// are spread over the whole path.
   double step = 0.0;
   double length = 0.0;  ///< of the corridor, metres, [8, 1000]; 0 = the hand-made one of 16 m
+  int floors = 3;       ///< of the building, [1, 20]
+  int rooms = 8;        ///< on each floor of the building, [2, 200]
+  int walk = 0;         ///< through the building: each number is another way through the same rooms
   /// Adds what does not stay: a person who leaves, and a door that opens.
   bool moving = false;
-  std::uint64_t seed = Random::kDefaultSeed;  ///< of the layout of "white"
+  std::uint64_t seed = Random::kDefaultSeed;  ///< of the layout of "white" and of the building
 
   /// \throws ParameterError; InputError for an unknown name
   void validate() const;
 };
 
-/// Names makeScene() knows: "room", "corridor", "outdoor", "rooms", "white".
+/// Names makeScene() knows: "room", "corridor", "outdoor", "rooms", "white", "building".
 PLANAR_MAPPING_EXPORT const std::vector<std::string>& sceneNames();
 
 /// Builds a scene with its path.
@@ -110,7 +113,9 @@ PLANAR_MAPPING_EXPORT const std::vector<std::string>& sceneNames();
 ///   camera at 0.37 m;
 /// - white: a closed room whose walls and ceiling are of one colour, with base boards, pictures, a
 ///   door, a lamp, shadows and a glossy cabinet, all placed by the seed; camera at 1 m turning once
-///   around.
+///   around;
+/// - building: storeys of furnished rooms on both sides of a hall, stairs at its end; camera at
+///   1.2 m, from room to room, 0.15 m a frame unless there is a step.
 /// \throws as SceneParams::validate()
 PLANAR_MAPPING_EXPORT Scene makeScene(const SceneParams& params);
 /// The same with \p frames along the usual path.

@@ -52,6 +52,6 @@ struct SceneBuilder {
 };
 
 using BuildScene = void(SceneBuilder& builder);
-BuildScene buildRoom, buildCorridor, buildOutdoor, buildRooms, buildWhite;
+BuildScene buildRoom, buildCorridor, buildOutdoor, buildRooms, buildWhite, buildBuilding;
 
 }  // namespace planar_mapping::evaluation

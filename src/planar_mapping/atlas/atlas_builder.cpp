@@ -19,7 +19,6 @@ namespace {
 /// Views that differ by less show the same place from the same side.
 constexpr double kKeyframeStep = 0.25;                      // metres
 constexpr double kKeyframeTurn = 15.0 * kRadiansPerDegree;  // radians
-constexpr std::size_t kCandidates = 4;                      // keyframes checked for each new one
 /// What a motion's covariance does not say: time stamps, calibration.
 constexpr double kLeastShift = 0.001;  // metres, a step
 constexpr double kLeastTurn = 0.0003;  // radians, a step
@@ -64,7 +63,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
 
 PlanarMap& AtlasBuilder::mapForNext(std::size_t track) {
   const bool is_full = open_ && (open_->frames() >= static_cast<std::size_t>(params_.frames) ||
-                                 path_ >= params_.path);
+                                 path_ >= params_.path || (is_closed_ && open_->frames() > 0));
   if (!open_ || is_full || track != open_track_) begin(track);
   is_joined_ = false;
   return *open_;
@@ -100,6 +99,7 @@ void AtlasBuilder::begin(std::size_t track) {
   next.map = open_;
   data_.submaps.push_back(std::move(next));
   last_keyframe_.reset();
+  is_closed_ = false;
   path_ = 0.0;
 }
 
@@ -173,11 +173,9 @@ std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
   for (const Link& link : data_.links)
     if (link.kind == LinkKind::Neighbour && link.to_submap == key.submap)
       neighbours.push_back(link.from_submap);
-  for (const std::int64_t candidate : places_.candidates(key, kCandidates, neighbours)) {
-    std::optional<Link> link = PlaceFinder::verify(key, detail::rowOf(data_.keyframes, candidate));
-    if (!link) continue;
-    link->id = detail::nextId(data_.links);
-    data_.links.push_back(std::move(*link));
+  for (Link& link : places_.links(key, data_.keyframes, neighbours)) {
+    link.id = detail::nextId(data_.links);
+    data_.links.push_back(std::move(link));
     ++found;
   }
   return found;

@@ -68,6 +68,9 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   };
   Update add(const Seen& seen);
 
+  /// The next frame begins a submap, whatever the parameters say.
+  void closeSubmap() { is_closed_ = true; }
+
   /// All submaps that links join with the first of this session, as one map. Valid until the next
   /// call of mapForNext().
   /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
@@ -114,6 +117,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::size_t open_track_ = 0;
   std::optional<Pose> last_keyframe_;  ///< T_track_sensor, of the open submap
   bool is_over_ = false;
+  bool is_closed_ = false;    ///< the open submap takes no more frames
   bool is_entering_ = false;  ///< the last link leads into the open submap, whose first frame comes
   double path_ = 0.0;         ///< in the open submap, metres
   std::size_t closed_bytes_ = 0;

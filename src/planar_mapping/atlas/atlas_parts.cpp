@@ -100,37 +100,39 @@ AtlasData partOf(const AtlasData& data, const std::function<bool(const Submap&)>
   return part;
 }
 
+void addAtlas(AtlasData& data, AtlasData added) {
+  const std::int64_t session = detail::nextId(data.sessions);
+  const std::int64_t submap = detail::nextId(data.submaps);
+  const std::int64_t keyframe = detail::nextId(data.keyframes);
+  const std::int64_t link = detail::nextId(data.links);
+  for (AtlasSession& row : added.sessions) {
+    row.id += session;
+    data.sessions.push_back(std::move(row));
+  }
+  for (Submap& row : added.submaps) {
+    row.id += submap;
+    row.session += session;
+    row.component += submap;
+    data.submaps.push_back(std::move(row));
+  }
+  for (Keyframe& row : added.keyframes) {
+    row.id += keyframe;
+    row.submap += submap;
+    data.keyframes.push_back(std::move(row));
+  }
+  for (Link& row : added.links) {
+    row.id += link;
+    row.from_submap += submap;
+    row.to_submap += submap;
+    if (row.from_keyframe >= 0) row.from_keyframe += keyframe;
+    if (row.to_keyframe >= 0) row.to_keyframe += keyframe;
+    data.links.push_back(row);
+  }
+}
+
 AtlasData mergeAtlases(const std::vector<AtlasData>& atlases) {
   AtlasData merged;
-  for (const AtlasData& atlas : atlases) {
-    const std::int64_t session = detail::nextId(merged.sessions);
-    const std::int64_t submap = detail::nextId(merged.submaps);
-    const std::int64_t keyframe = detail::nextId(merged.keyframes);
-    const std::int64_t link = detail::nextId(merged.links);
-    for (AtlasSession row : atlas.sessions) {
-      row.id += session;
-      merged.sessions.push_back(std::move(row));
-    }
-    for (Submap row : atlas.submaps) {
-      row.id += submap;
-      row.session += session;
-      row.component += submap;
-      merged.submaps.push_back(std::move(row));
-    }
-    for (Keyframe row : atlas.keyframes) {
-      row.id += keyframe;
-      row.submap += submap;
-      merged.keyframes.push_back(std::move(row));
-    }
-    for (Link row : atlas.links) {
-      row.id += link;
-      row.from_submap += submap;
-      row.to_submap += submap;
-      if (row.from_keyframe >= 0) row.from_keyframe += keyframe;
-      if (row.to_keyframe >= 0) row.to_keyframe += keyframe;
-      merged.links.push_back(row);
-    }
-  }
+  for (const AtlasData& atlas : atlases) addAtlas(merged, atlas);
   return merged;
 }
 

@@ -37,6 +37,9 @@ PLANAR_MAPPING_EXPORT void setLoopStates(AtlasData& data, const std::vector<std:
 PLANAR_MAPPING_EXPORT AtlasData partOf(const AtlasData& data,
                                        const std::function<bool(const Submap&)>& kept);
 
+/// Adds everything of another atlas, numbered on from what there is. Components stay apart.
+PLANAR_MAPPING_EXPORT void addAtlas(AtlasData& data, AtlasData added);
+
 /// One atlas of several: everything of the second is numbered on from what the first has, and so
 /// on. Components of different ones stay apart until links are found.
 PLANAR_MAPPING_EXPORT AtlasData mergeAtlases(const std::vector<AtlasData>& atlases);

@@ -340,10 +340,24 @@ void readSessions(SqliteFile& file, AtlasData& data) {
   }
 }
 
-void readSubmaps(SqliteFile& file, int threads, AtlasData& data) {
-  SqliteStatement row(file,
-                      "SELECT id, session, component, T_world_submap, pmap FROM submaps LEFT JOIN "
-                      "maps ON submap = id ORDER BY id");
+std::shared_ptr<const PlanarMap> mapOf(const BlobView& bytes, const std::string& name,
+                                       int threads) {
+  try {
+    return std::make_shared<PlanarMap>(
+        PlanarMap::deserialize(static_cast<const std::uint8_t*>(bytes.data), bytes.size, threads));
+  } catch (const ParameterError&) {
+    throw;
+  } catch (const Error& error) {
+    throw InputError(name + ": its map " + error.what());
+  }
+}
+
+void readSubmaps(SqliteFile& file, int threads, AtlasContent content, AtlasData& data) {
+  const bool with_maps = content == AtlasContent::All;
+  SqliteStatement row(
+      file, with_maps ? "SELECT id, session, component, T_world_submap, pmap FROM submaps LEFT "
+                        "JOIN maps ON submap = id ORDER BY id"
+                      : "SELECT id, session, component, T_world_submap FROM submaps ORDER BY id");
   while (row.next()) {
     Submap submap;
     submap.id = row.integer(0);
@@ -352,25 +366,21 @@ void readSubmaps(SqliteFile& file, int threads, AtlasData& data) {
     submap.component = row.integer(2);
     submap.T_world_submap = poseOf(row.blob(3), name);
     requireSound(submap);
-    requireThat(!row.isNull(4), name, "has no map");
-    const BlobView bytes = row.blob(4);
-    try {
-      submap.map = std::make_shared<PlanarMap>(PlanarMap::deserialize(
-          static_cast<const std::uint8_t*>(bytes.data), bytes.size, threads));
-    } catch (const ParameterError&) {
-      throw;
-    } catch (const Error& error) {
-      throw InputError(name + ": its map " + error.what());
-    }
+    requireThat(!with_maps || !row.isNull(4), name, "has no map");
+    if (with_maps) submap.map = mapOf(row.blob(4), name, threads);
     data.submaps.push_back(std::move(submap));
   }
 }
 
-void readKeyframes(SqliteFile& file, AtlasData& data) {
+void readKeyframes(SqliteFile& file, AtlasContent content, AtlasData& data) {
+  const bool is_whole = content != AtlasContent::Outline;
   SqliteStatement row(file,
-                      "SELECT id, submap, frame, source, timestamp, T_submap_keyframe, camera, "
-                      "width, height, sightings, descriptors, descriptor_bytes, inverse_depths, "
-                      "cells_across, thumbnail FROM keyframes ORDER BY id");
+                      std::string("SELECT id, submap, frame, source, timestamp, T_submap_keyframe, "
+                                  "camera, width, height, ") +
+                          (is_whole ? "sightings, descriptors, descriptor_bytes, inverse_depths, "
+                                      "cells_across, thumbnail"
+                                    : "x'', x'', 0, x'', 0, x''") +
+                          " FROM keyframes ORDER BY id");
   while (row.next()) {
     Keyframe keyframe;
     keyframe.id = row.integer(0);
@@ -507,14 +517,14 @@ AtlasStore AtlasStore::open(const std::string& path, AtlasAccess access) {
   return AtlasStore(std::move(impl));
 }
 
-AtlasData AtlasStore::load(int threads) {
+AtlasData AtlasStore::load(int threads, AtlasContent content) {
   SqliteFile& file = impl_->file;
   SqliteTransaction reading(file, "BEGIN");
   AtlasData data;
   try {
     readSessions(file, data);
-    readSubmaps(file, threads, data);
-    readKeyframes(file, data);
+    readSubmaps(file, threads, content, data);
+    readKeyframes(file, content, data);
     readLinks(file, data);
     requireReferences(file, data);
   } catch (const InputError& error) {
@@ -522,6 +532,13 @@ AtlasData AtlasStore::load(int threads) {
   }
   reading.commit();
   return data;
+}
+
+std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int threads) {
+  SqliteStatement row(impl_->file, "SELECT pmap FROM maps WHERE submap = ?");
+  row.start(submap);
+  if (!row.next()) throw InputError(path() + ": has no submap " + std::to_string(submap));
+  return mapOf(row.blob(0), named("submap", submap), threads);
 }
 
 void AtlasStore::append(const AtlasData& part, const AtlasData& solved) {
@@ -550,8 +567,8 @@ void saveAtlas(const AtlasData& data, const std::string& path, io::Overwrite ove
   out.commit();
 }
 
-AtlasData loadAtlas(const std::string& path, int threads) {
-  return AtlasStore::open(path).load(threads);
+AtlasData loadAtlas(const std::string& path, int threads, AtlasContent content) {
+  return AtlasStore::open(path).load(threads, content);
 }
 
 }  // namespace planar_mapping

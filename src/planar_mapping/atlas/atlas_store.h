@@ -13,6 +13,13 @@ namespace planar_mapping {
 
 enum class AtlasAccess { Read, Write };
 
+/// How much of a file is read.
+enum class AtlasContent {
+  All,
+  WithoutMaps,  ///< Submap::map is null
+  Outline,      ///< and of keyframes only numbers, frame, source, time, pose and camera
+};
+
 /// A file of an atlas, *.atlas: a SQLite database (docs/atlas_format.md).
 ///
 /// What append() or update() wrote is there after a crash at any moment, and of what one of them
@@ -38,7 +45,10 @@ class PLANAR_MAPPING_EXPORT AtlasStore {
   /// All it holds. Every row is checked: sizes, finite numbers, rigid poses, maps, and that each
   /// number names something.
   /// \param threads  of the maps (PlanarMap::deserialize()); 0 = all cores
-  AtlasData load(int threads = 1);
+  AtlasData load(int threads = 1, AtlasContent content = AtlasContent::All);
+
+  /// The map of one submap. \throws InputError if there is none with this id
+  std::shared_ptr<const PlanarMap> map(std::int64_t submap, int threads = 1);
 
   /// Adds the sessions, submaps, keyframes and links of \p part, in one transaction: usually one
   /// submap with its keyframes and the links that were found with it. What they refer to is in
@@ -68,6 +78,7 @@ PLANAR_MAPPING_EXPORT void saveAtlas(const AtlasData& data, const std::string& p
                                      io::Overwrite overwrite = io::Overwrite::Refuse);
 
 /// AtlasStore::load() of a file. \throws IoError
-PLANAR_MAPPING_EXPORT AtlasData loadAtlas(const std::string& path, int threads = 1);
+PLANAR_MAPPING_EXPORT AtlasData loadAtlas(const std::string& path, int threads = 1,
+                                          AtlasContent content = AtlasContent::All);
 
 }  // namespace planar_mapping

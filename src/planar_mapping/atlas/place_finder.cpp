@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/random.h"
 
@@ -20,7 +21,8 @@ constexpr std::size_t kTables = 8;    // of the signs of 16 values each
 constexpr int kMaxDistance = 32;      // signs of 128 that differ in what may be the same feature
 // A bucket with more descriptors than this says nothing of the place.
 constexpr std::size_t kMaxBucket = 256;
-constexpr std::size_t kPerSubmap = 3;  // candidates: they show the same
+constexpr std::size_t kPerSubmap = 3;   // candidates: they show the same
+constexpr std::size_t kCandidates = 4;  // keyframes checked for each new one
 
 using Signs = std::array<std::uint64_t, 2>;
 
@@ -168,6 +170,16 @@ std::size_t PlaceFinder::size() const {
 std::vector<std::int64_t> PlaceFinder::candidates(const Keyframe& key, std::size_t n,
                                                   const std::vector<std::int64_t>& excluded) const {
   return index_->candidates(key, n, excluded);
+}
+
+std::vector<Link> PlaceFinder::links(const Keyframe& key, const std::vector<Keyframe>& known,
+                                     const std::vector<std::int64_t>& excluded) const {
+  std::vector<Link> found;
+  for (const std::int64_t candidate : candidates(key, kCandidates, excluded)) {
+    std::optional<Link> link = verify(key, detail::rowOf(known, candidate));
+    if (link) found.push_back(std::move(*link));
+  }
+  return found;
 }
 
 }  // namespace planar_mapping

@@ -32,10 +32,17 @@ class PLANAR_MAPPING_EXPORT PlaceFinder {
   std::size_t size() const;
 
   /// Keyframes that look alike, the most alike first: by votes of descriptors, rare ones count
-  /// more. Those of the same submap and of \p excluded ones are left out. \param n         at most
+  /// more. Those of the same submap and of \p excluded ones are left out.
+  /// \param n         at most
   /// \param excluded  ids of submaps, such as its neighbours
   std::vector<std::int64_t> candidates(const Keyframe& key, std::size_t n,
                                        const std::vector<std::int64_t>& excluded = {}) const;
+
+  /// The links from a new keyframe to the four that look most like it and show the same place.
+  /// \param known     by id, with all that were added
+  /// \param excluded  as candidates()
+  std::vector<Link> links(const Keyframe& key, const std::vector<Keyframe>& known,
+                          const std::vector<std::int64_t>& excluded = {}) const;
 
   /// The link from the submap of \p a to that of \p b, if both see the same place: features that
   /// agree with one motion, depths that agree both ways. Id 0, LinkKind::Loop.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/io/atomic_file.h"
@@ -19,9 +20,20 @@ PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path
 /// map.pmap where \p path is the result folder of a run, else the path itself.
 PLANAR_MAPPING_EXPORT std::string mapFileOf(const std::string& path);
 
-/// Reads a .pmap file, or that of a result folder, of version 5; those of earlier versions are
-/// refused. Whatever the file holds, no more than 1 MiB + 256 times its size is unpacked from it.
-/// \param threads  PlanarMap::deserialize(); 0 = all cores
+/// A tile of a map in a file of its own, see tileOf().
+struct MapTile {
+  int x = 0;
+  int y = 0;
+  std::string path;
+};
+/// The tiles in a folder, map_X_Y.pmap, by x and y; none if it is no folder.
+PLANAR_MAPPING_EXPORT std::vector<MapTile> mapTilesOf(const std::string& folder);
+/// These tiles as one map. \throws IoError as loadMap(); InputError if they do not fit together
+PLANAR_MAPPING_EXPORT PlanarMap loadTiles(const std::vector<MapTile>& tiles, int threads = 0);
+
+/// Reads a .pmap file, or that of a result folder, or the tiles of a folder as one map, of version
+/// 5; those of earlier versions are refused. Whatever the file holds, no more than 1 MiB + 256
+/// times its size is unpacked from it. \param threads  PlanarMap::deserialize(); 0 = all cores
 /// \throws IoError if the file is missing, unreadable, cut short, damaged, of another version or no
 ///         map
 PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path, int threads = 0);

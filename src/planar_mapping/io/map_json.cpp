@@ -2,13 +2,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/map_json.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/text_lines.h"
+#include "planar_mapping/map/joined_map.h"
 
 namespace planar_mapping::io {
 namespace {
@@ -93,8 +98,37 @@ std::string mapFileOf(const std::string& path) {
   return std::filesystem::is_regular_file(file, ignored) ? file.string() : path;
 }
 
+std::vector<MapTile> mapTilesOf(const std::string& folder) {
+  std::vector<MapTile> tiles;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    MapTile tile;
+    int end = 0;
+    const std::string name = entry.path().filename().string();
+    if (std::sscanf(name.c_str(), "map_%d_%d.pmap%n", &tile.x, &tile.y, &end) != 2 ||
+        static_cast<std::size_t>(end) != name.size())
+      continue;
+    tile.path = entry.path().string();
+    tiles.push_back(std::move(tile));
+  }
+  std::sort(tiles.begin(), tiles.end(), [](const MapTile& a, const MapTile& b) {
+    return std::make_pair(a.x, a.y) < std::make_pair(b.x, b.y);
+  });
+  return tiles;
+}
+
+PlanarMap loadTiles(const std::vector<MapTile>& tiles, int threads) {
+  JoinedMap joined;
+  for (const MapTile& tile : tiles)
+    joined.set(static_cast<std::int32_t>(joined.size()),
+               std::make_shared<const PlanarMap>(loadMap(tile.path, threads)), Pose::Identity());
+  return joined.map();
+}
+
 PlanarMap loadMap(const std::string& folder_or_file, int threads) {
   const std::string path = mapFileOf(folder_or_file);
+  const std::vector<MapTile> tiles = mapTilesOf(path);
+  if (!tiles.empty()) return loadTiles(tiles, threads);
   const std::vector<std::uint8_t> bytes = readWholeFile(path);
   try {
     return PlanarMap::deserialize(bytes.data(), bytes.size(), threads);

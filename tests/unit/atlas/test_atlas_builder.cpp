@@ -110,6 +110,16 @@ TEST(AtlasBuilder, ASubmapClosesAfterItsPath) {
   EXPECT_EQ((std::vector<std::size_t>{4, 3, 2}), framesOfSubmaps(builder.data()));
 }
 
+TEST(AtlasBuilder, ASubmapClosesWhenItIsToldTo) {
+  AtlasBuilder builder = builderOf(3, kEndless);
+  builder.closeSubmap();  // there is none yet
+  Loop(builder).walk(2);
+  builder.closeSubmap();
+  builder.closeSubmap();
+  Loop(builder).walk(4);
+  EXPECT_EQ((std::vector<std::size_t>{2, 3, 1}), framesOfSubmaps(builder.data()));
+}
+
 TEST(AtlasBuilder, WrongParametersAreRefused) {
   EXPECT_THROW(builderOf(0, 1.0), ParameterError);
   EXPECT_THROW(builderOf(1, 0.0), ParameterError);

@@ -73,6 +73,23 @@ TEST_F(AtlasStoreTest, GivesBackEveryBit) {
   expectSame({}, loadAtlas(directory_ / "empty.atlas"));
 }
 
+TEST_F(AtlasStoreTest, ReadsPosesWithoutMapsAndImages) {
+  const AtlasData data = walkedAtlas(3);
+  saveAtlas(data, directory_ / "a.atlas");
+  AtlasData without = data;
+  for (Submap& submap : without.submaps) submap.map.reset();
+  expectSame(without, loadAtlas(directory_ / "a.atlas", 1, AtlasContent::WithoutMaps));
+  for (Keyframe& keyframe : without.keyframes) {
+    keyframe.sightings.clear();
+    keyframe.descriptors.clear();
+    keyframe.inverse_depths.clear();
+    keyframe.thumbnail.clear();
+    keyframe.descriptor_bytes = 0;
+    keyframe.cells_across = 0;
+  }
+  expectSame(without, loadAtlas(directory_ / "a.atlas", 1, AtlasContent::Outline));
+}
+
 TEST_F(AtlasStoreTest, GrowsSubmapBySubmap) {
   const AtlasData data = walkedAtlas(3);
   {

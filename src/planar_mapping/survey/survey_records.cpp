@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/survey/survey_records.h"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "planar_mapping/base/crc32.h"
+#include "planar_mapping/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+template <typename Matrix>
+SurveyJson numbersOf(const Matrix& matrix) {
+  return std::vector<double>(matrix.data(), matrix.data() + matrix.size());
+}
+
+template <typename Matrix>
+Matrix matrixFrom(const SurveyJson& json) {
+  const auto numbers = json.get<std::vector<double>>();
+  Matrix matrix;
+  if (numbers.size() != static_cast<std::size_t>(matrix.size()))
+    throw InputError("a pose or covariance has " + std::to_string(numbers.size()) + " numbers");
+  std::copy(numbers.begin(), numbers.end(), matrix.data());
+  return matrix;
+}
+
+/// A name is of the same folder, so that the folder can be moved.
+std::string beside(const std::string& record, const std::string& result) {
+  return (std::filesystem::path(record).parent_path() / result).string();
+}
+
+using PoseColumns = Eigen::Matrix<double, 3, 4>;
+
+}  // namespace
+
+SurveyJson toJson(const Pose& pose) {
+  return numbersOf(PoseColumns(pose.matrix().topRows<3>()));
+}
+SurveyJson toJson(const Matrix6& matrix) {
+  return numbersOf(matrix);
+}
+SurveyJson toJson(const Link& link) {
+  const LinkEvidence& evidence = link.evidence;
+  return {{"from_submap", link.from_submap},       {"to_submap", link.to_submap},
+          {"from_keyframe", link.from_keyframe},   {"to_keyframe", link.to_keyframe},
+          {"T_to_from", toJson(link.T_to_from)},   {"covariance", toJson(link.covariance)},
+          {"inliers", evidence.inliers},           {"matches", evidence.matches},
+          {"off_plane", evidence.off_plane},       {"agreement", evidence.agreement},
+          {"seen_through", evidence.seen_through}, {"log_odds", evidence.log_odds}};
+}
+
+Pose poseOf(const SurveyJson& json) {
+  Pose pose = Pose::Identity();
+  pose.matrix().topRows<3>() = matrixFrom<PoseColumns>(json);
+  return pose;
+}
+Matrix6 matrixOf(const SurveyJson& json) {
+  return matrixFrom<Matrix6>(json);
+}
+Link linkOf(const SurveyJson& json) {
+  Link link;
+  link.from_submap = json.at("from_submap");
+  link.to_submap = json.at("to_submap");
+  link.from_keyframe = json.at("from_keyframe");
+  link.to_keyframe = json.at("to_keyframe");
+  link.T_to_from = poseOf(json.at("T_to_from"));
+  link.covariance = matrixOf(json.at("covariance"));
+  link.evidence.inliers = json.at("inliers");
+  link.evidence.matches = json.at("matches");
+  link.evidence.off_plane = json.at("off_plane");
+  link.evidence.agreement = json.at("agreement");
+  link.evidence.seen_through = json.at("seen_through");
+  link.evidence.log_odds = json.at("log_odds");
+  return link;
+}
+
+SurveyJson fileRecord(const std::string& path) {
+  std::uint32_t crc = 0;
+  std::size_t bytes = 0;
+  io::readFile(path, [&](std::string_view part) {
+    crc = crc32(crc, reinterpret_cast<const std::uint8_t*>(part.data()), part.size());
+    bytes += part.size();
+  });
+  return {
+      {"file", path.substr(path.find_last_of('/') + 1)}, {"bytes", bytes}, {"crc32", hexText(crc)}};
+}
+
+std::string hexText(std::uint32_t checksum) {
+  std::array<char, 9> text{};
+  std::snprintf(text.data(), text.size(), "%08x", checksum);
+  return text.data();
+}
+
+std::string checksumText(const std::string& text) {
+  return hexText(crc32(0, reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+SurveyRecord::SurveyRecord(std::string path, std::uint32_t plan, SurveyJson read)
+    : path_(std::move(path)), plan_(plan), read_(std::move(read)) {}
+
+std::optional<SurveyJson> SurveyRecord::done() const {
+  try {
+    SurveyJson json = SurveyJson::parse(io::readWholeText(path_));
+    if (json.at("plan") != plan_ || json.at("read") != read_) return std::nullopt;
+    const std::string result = json.at("result");
+    if (!result.empty() && fileRecord(beside(path_, result)) != json.at("wrote"))
+      return std::nullopt;
+    return json;
+  } catch (const SurveyJson::exception&) {
+    return std::nullopt;
+  } catch (const IoError&) {
+    return std::nullopt;
+  }
+}
+
+SurveyJson SurveyRecord::write(const SurveyJson& json, const std::string& result) const {
+  SurveyJson record = {{"plan", plan_}, {"read", read_}, {"result", result}};
+  if (!result.empty()) record["wrote"] = fileRecord(beside(path_, result));
+  record.update(json);
+  io::writeFileAtomically(path_, record.dump(1) + "\n", io::Overwrite::Allow);
+  return record;
+}
+
+SurveyJson readRecord(const std::string& path, std::uint32_t plan) {
+  SurveyJson json;
+  try {
+    json = SurveyJson::parse(io::readWholeText(path));
+    if (json.at("plan") != plan) throw InputError(path + ": is the result of another plan");
+  } catch (const SurveyJson::exception&) {
+    throw InputError(path + ": is damaged or cut short; do its job again");
+  }
+  return json;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: planar_mapping contributors
+# SPDX-License-Identifier: BSD-3-Clause
+"""python3 -m planar_mapping.cluster: the same bytes from any number of workers, whatever happens to them."""
+import filecmp
+import os
+import pathlib
+import re
+import shutil
+import stat
+import subprocess
+import sys
+import time
+
+import pytest
+
+from conftest import PLANAR_MAP, planar_map
+
+pytest.importorskip("planar_mapping._atlas", reason="built without Ceres or SQLite")
+pytest.importorskip("distributed", reason="Dask is missing (apt-get install python3-distributed)")
+
+CUT = ["--piece-frames", "4", "--submap-frames", "2"]
+
+
+def cluster(*arguments, program=PLANAR_MAP, code=0):
+    command = [sys.executable, "-m", "planar_mapping.cluster", *map(str, arguments), "--program", str(program)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == code, done.stderr
+    if code != 0:  # a worker of Dask that is killed while the cluster is closed says much
+        assert "Traceback" not in done.stderr, done.stderr
+    return done
+
+
+def program_that(folder, text):
+    """planar_map with something done before, where $2 is the job."""
+    path = folder / "planar_map"
+    path.write_text(f'#!/bin/sh\n{text}\nexec {PLANAR_MAP} "$@"\n')
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return path
+
+
+@pytest.fixture(scope="module")
+def walks(tmp_path_factory):
+    """Two walks in one room: three pieces and one."""
+    folder = tmp_path_factory.mktemp("walks")
+    size = ["--write", "images", "--width", "160", "--height", "120", "-q"]
+    planar_map("simulate", "room", "--path", "return", "--frames", "13", *size, "-o", folder / "a")
+    planar_map("simulate", "room", "--frames", "5", "--seed", "2", *size, "-o", folder / "b")
+    return [folder / "a", folder / "b"]
+
+
+@pytest.fixture(scope="module")
+def one_process(walks, tmp_path_factory):
+    """What planar_map run makes of the plan."""
+    folder = tmp_path_factory.mktemp("one")
+    planar_map("atlas", "plan", *walks, "-o", folder / "plan.json", "-q", *CUT)
+    planar_map("run", "--plan", folder / "plan.json", "-o", folder / "out", "-q")
+    return folder / "out"
+
+
+def expect_same(one, other):
+    names = sorted(os.listdir(one))
+    assert names == sorted(os.listdir(other))
+    assert filecmp.cmpfiles(one, other, names, shallow=False) == (names, [], [])
+
+
+@pytest.mark.parametrize("workers", [1, 2, 4])
+def test_any_number_of_workers_makes_the_bytes_of_one_process(workers, walks, one_process, tmp_path):
+    done = cluster(*walks, *CUT, "-o", tmp_path / "out", "--workers", workers)
+    assert done.stdout.strip() == str(tmp_path / "out/map.pmap")
+    assert "submaps 4/4, took" in done.stderr
+    expect_same(one_process, tmp_path / "out")
+
+
+@pytest.mark.parametrize("whom", ["$PPID", "$PPID $$"], ids=["worker", "worker_and_job"])
+def test_a_worker_that_is_killed_in_each_phase_changes_nothing(whom, walks, one_process, tmp_path):
+    kill = f'mkdir {tmp_path}/killed_$2 2>/dev/null && (sleep 0.0$(($$ % 10)); kill -9 {whom}) &'
+    program = program_that(tmp_path, f'[ "$1" = atlas ] && [ "$2" != plan ] && {kill}')
+    cluster(*walks, *CUT, "-o", tmp_path / "out", "--workers", 2, "-q", program=program)
+    killed = sorted(path.name for path in tmp_path.glob("killed_*"))
+    assert killed == ["killed_join", "killed_links", "killed_solve", "killed_submap"]
+    expect_same(one_process, tmp_path / "out")
+
+
+def test_a_job_that_fails_is_named_and_left_out_only_when_asked(walks, one_process, tmp_path):
+    program = program_that(tmp_path, f'[ "$2 $4" = "submap 1" ] && echo x >> {tmp_path}/attempts && echo "disk is full" >&2 && exit 1')
+    done = cluster(*walks, *CUT, "-o", tmp_path / "out", "--workers", 2, program=program, code=1)
+    assert f"piece 1 ({walks[0]} frames 4:9:1) failed 3 times: disk is full" in done.stderr
+    assert (tmp_path / "attempts").read_text().count("x") == 3
+    assert not (tmp_path / "out/map.pmap").exists()
+    done = cluster(*walks, *CUT, "-o", tmp_path / "out", "--workers", 2, "--allow-missing", program=program, code=5)
+    assert "1 of 4 pieces are missing" in done.stderr
+    cluster(*walks, *CUT, "-o", tmp_path / "out", "--workers", 2, "-q")  # the disk has room again
+    expect_same(one_process, tmp_path / "out")
+
+
+def test_results_that_were_cut_short_are_made_again(walks, one_process, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(one_process, out)
+    for name in ("piece_0.atlas", "links_1_0_1.json", "survey.atlas"):
+        (out / name).write_bytes((out / name).read_bytes()[:1000])
+    cluster("--plan", out / "plan.json", "-o", out, "--workers", 2, "-q")
+    expect_same(one_process, out)
+
+
+def test_a_scheduler_that_is_not_there_is_a_sentence_within_ten_seconds(walks, tmp_path):
+    start = time.monotonic()
+    done = cluster(*walks, "-o", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9", code=4)
+    assert time.monotonic() - start < 10.0
+    assert "the scheduler tcp://127.0.0.1:9 does not answer" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_worker_of_another_version_is_refused_by_name(walks, tmp_path):
+    other = f'[ "$1" = --version ] && mkdir {tmp_path}/first 2>/dev/null || [ "$1" != --version ] || {{ echo planar_map 0.0.9; exit; }}'
+    done = cluster(*walks, "-o", tmp_path / "out", "--workers", 1, program=program_that(tmp_path, other), code=4)
+    assert re.search(r"worker 0 \(tcp://127.0.0.1:\d+\) has planar_map 0.0.9, and this machine has planar_map \d", done.stderr)
+
+
+def test_without_tls_nothing_listens_on_the_network(walks, tmp_path):
+    for where in (["--host", "0.0.0.0"], ["--scheduler", "tcp://192.0.2.1:8786"]):
+        done = cluster(*walks, "-o", tmp_path / "out", *where, code=2)
+        assert "is reached over the network without TLS" in done.stderr
+    done = cluster(*walks, "-o", tmp_path / "out", "--tls-ca", "ca.pem", code=2)
+    assert "TLS needs --tls-ca, --tls-cert and --tls-key" in done.stderr
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is missing")
+def test_with_certificates_all_connections_are_encrypted(walks, one_process, tmp_path):
+    pem, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=test", "-days", "1",
+                    "-keyout", key, "-out", pem], check=True, capture_output=True)
+    tls = ["--tls-ca", pem, "--tls-cert", pem, "--tls-key", key]
+    cluster(*walks, *CUT, "-o", tmp_path / "out", "--workers", 1, "-q", *tls)
+    expect_same(one_process, tmp_path / "out")
+
+
+def test_inputs_that_cannot_be_read_are_named(tmp_path):
+    done = cluster(tmp_path / "none", "-o", tmp_path / "out", "--workers", 1, code=4)
+    assert f"{tmp_path / 'none'}: no such file" in done.stderr
+
+
+def test_a_stale_plan_is_refused(walks, one_process, tmp_path):
+    done = cluster(*walks, "--piece-frames", "5", "-o", one_process, "--workers", 1, code=4)
+    assert "has results of another plan" in done.stderr
+    assert pathlib.Path(one_process / "map.pmap").exists()
+
+
+def test_arrays_of_slurm_do_the_same(walks, one_process, tmp_path):
+    """sbatch is played by a script that does each task of an array."""
+    sbatch = tmp_path / "sbatch"
+    sbatch.write_text("""#!/usr/bin/env python3
+import os, subprocess, sys
+given = sys.argv[1:]
+first, last = given[given.index("-a") + 1].split("-") if "-a" in given else (0, 0)
+for task in range(int(first), int(last) + 1):
+    subprocess.run(["bash", "-c", given[given.index("--wrap") + 1]], check=True, stdout=subprocess.DEVNULL,
+                   env={**os.environ, "SLURM_ARRAY_TASK_ID": str(task)})
+print(7)
+""")
+    sbatch.chmod(0o755)
+    (tmp_path / "planar_map").symlink_to(PLANAR_MAP)
+    script = pathlib.Path(__file__).parents[2] / "examples/cluster/with_slurm.sh"
+    out = tmp_path / "out"
+    out.mkdir()
+    subprocess.run([script, one_process / "plan.json", out, "--time=10"], check=True, timeout=120,
+                   env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"})
+    expect_same(one_process, out)
