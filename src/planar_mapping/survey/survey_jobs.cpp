@@ -103,13 +103,14 @@ AtlasData mapFrames(SequenceSource& source, Pipeline& pipeline, bool has_next, S
     ++frames;
   }
   said["frames"] = frames;
-  said["left_out"] = left_out - std::min(left_out, pipeline.takePlacedAgain().size());
+  said["left_out"] = left_out;
   if (pipeline.atlas() == nullptr) return {};
   pipeline.atlas()->finish();
   AtlasData data = pipeline.atlas()->data();
   if (!last) return data;
   const auto into = std::find_if(data.links.begin(), data.links.end(), [&](const Link& link) {
-    return link.kind == LinkKind::Neighbour && link.to_submap == *last;
+    return link.kind == LinkKind::Neighbour && link.to_submap == *last &&
+           link.T_to_from.matrix().isIdentity(0.0);  // of one track
   });
   if (into == data.links.end()) {  // its pose has nothing to do with those before
     said.erase("end");
