@@ -108,8 +108,8 @@ void judge(const Placed& before, const Placed& now, double ms, bool verbose, Row
       now.found.begins_submap ? " joined a step later" : "");
 }
 
-Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration,
-            std::size_t first, std::size_t every, bool verbose) {
+Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration, std::size_t first,
+            std::size_t every, bool verbose) {
   LocalizerParams params;
   if (calibration.baseline)
     params.noise = SensorNoise::ofPair(calibration.camera.fx, *calibration.baseline);
@@ -213,7 +213,8 @@ int main(int argc, char** argv) {
       name = name.substr(name.find_last_of('/') + 1);
       std::size_t folder_right = 0, folder_steps = 0, folder_wrong = 0;
       for (const std::size_t every : options.every) {
-        const Row row = measure(inputs, *sequence.calibration(), options.first, every, options.verbose);
+        const Row row =
+            measure(inputs, *sequence.calibration(), options.first, every, options.verbose);
         std::printf(
             "%-24s %5zu %5zu %5zu %5zu %7zu %7zu %5zu %8.1f %7.2f %7.1f %7.2f %6.1f %6.1f\n",
             name.c_str(), every, row.steps, row.right, row.wrong, row.right_in_largest, row.submaps,

@@ -29,7 +29,8 @@ struct RealRun {
 /// \param with_atlas   as a run that finds poses; estimated are those of the first component
 inline RealRun runOver(const std::vector<std::string>& inputs, const FrameSelection& selection,
                        const std::string& configuration_file,
-                       const std::vector<std::string>& assignments, bool with_images = true, bool with_atlas = false) {
+                       const std::vector<std::string>& assignments, bool with_images = true,
+                       bool with_atlas = false) {
   Configuration configuration = test::readyConfiguration(configuration_file, assignments);
   for (const std::string& input : inputs)
     configuration.inputs.push_back(input[0] == '/' ? input : test::realData(input));

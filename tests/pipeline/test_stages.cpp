@@ -285,8 +285,9 @@ TEST(Stages, IgnoredPosesAreNoIdentityOfFeatures) {
   for (const std::string poses : {"ignore", "use"}) {
     Pipeline pipeline = pipelineOf(
         "  - stage: key_features\n    source: cloud\n  - stage: motion_estimation\n    poses: " +
-        poses + "\n  - stage: multi_plane_segmentation\n  - stage: kl_occupancy\n    features: tracks\n"
-                "  - stage: planar_cuboid_approximation\n");
+        poses +
+        "\n  - stage: multi_plane_segmentation\n  - stage: kl_occupancy\n    features: tracks\n"
+        "  - stage: planar_cuboid_approximation\n");
     FrameReport report;
     for (std::size_t number = 0; number < 2; ++number) {
       Frame frame = frameOf(view);

@@ -232,8 +232,7 @@ bool AtlasBuilder::store(const Write& write) {
   return true;
 }
 
-std::vector<std::pair<std::int64_t, AtlasBuilder::Trajectory>> AtlasBuilder::trajectories()
-    const {
+std::vector<std::pair<std::int64_t, AtlasBuilder::Trajectory>> AtlasBuilder::trajectories() const {
   std::vector<std::pair<std::int64_t, Trajectory>> all;
   for (std::size_t i = earlier_; i < data_.submaps.size(); ++i) {
     const Submap& submap = data_.submaps[i];

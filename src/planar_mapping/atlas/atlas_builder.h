@@ -57,8 +57,8 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
     /// Of the motion since the frame before of the track; see Matrix6. Absent = poses are given.
     std::optional<Matrix6> step_covariance;
     std::optional<JoinedSubmap> joined;  ///< a track that lies in this one, and ends
-    const io::Image* gray = nullptr;  ///< null = no place is recognised by it
-    PointsView cloud;                 ///< organized, of the size of the image
+    const io::Image* gray = nullptr;     ///< null = no place is recognised by it
+    PointsView cloud;                    ///< organized, of the size of the image
     FeatureCamera camera;
   };
   /// What became known by a frame.
@@ -97,8 +97,8 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// The part of a track that lies in its last submap.
   struct Track {
     std::int64_t submap = 0;
-    std::optional<Pose> last_frame;    ///< T_track_sensor
-    Matrix6 drift = Matrix6::Zero();   ///< since the submap began, in the frames of the sensor
+    std::optional<Pose> last_frame;   ///< T_track_sensor
+    Matrix6 drift = Matrix6::Zero();  ///< since the submap began, in the frames of the sensor
   };
   void begin(std::size_t track);
   void updateJoined();
@@ -112,7 +112,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::shared_ptr<PlanarMap> open_;  ///< of the last of the submaps
   PlaceFinder places_;
   JoinedMap joined_;
-  bool is_joined_ = false;             ///< joined_ holds the open submap as it is
+  bool is_joined_ = false;  ///< joined_ holds the open submap as it is
   std::map<std::size_t, Track> tracks_;
   std::size_t open_track_ = 0;
   std::optional<Pose> last_keyframe_;  ///< T_track_sensor, of the open submap

@@ -170,7 +170,8 @@ class Localizer::Impl {
     if (!found || found->evidence.log_odds < params_.min_log_odds) return;
     JoinedSubmap joined;
     joined.submap = submap;
-    joined.T_other_submap = last->T_submap_camera * (T_submap_map * found->T_now_map.inverse()).inverse();
+    joined.T_other_submap =
+        last->T_submap_camera * (T_submap_map * found->T_now_map.inverse()).inverse();
     joined.covariance = turnedBy(last->T_submap_camera, found->covariance);
     moveInto(last->submap, joined, result);
   }
@@ -189,8 +190,7 @@ class Localizer::Impl {
     tracks_.erase(joined.submap);
     result.submap = other;
     result.T_submap_camera = moved.T_submap_camera;
-    result.covariance_in_camera +=
-        turnedBy(moved.T_submap_camera.inverse(), joined.covariance);
+    result.covariance_in_camera += turnedBy(moved.T_submap_camera.inverse(), joined.covariance);
     result.covariance = turnedBy(result.T_submap_camera, result.covariance_in_camera);
     result.joined = joined;
   }

@@ -20,8 +20,8 @@ constexpr int kContrastWindow = 11;   // cells whose mean and contrast are taken
 constexpr float kMinContrast = 4.0F;  // gray levels: what is less is noise
 constexpr int kFeatures = 1000;       // at most, spread over the image
 constexpr double kSiftContrast = 0.01;
-constexpr int kCorners = 400;            // at most
-constexpr double kCornerQuality = 0.01;  // of the best one
+constexpr int kCorners = 400;              // at most
+constexpr double kCornerQuality = 0.01;    // of the best one
 constexpr double kCornerDistance = 0.012;  // of the width
 // Inverse depths of one surface lie within so much of each other, of their median.
 constexpr double kSameSurface = 0.1;

@@ -61,9 +61,9 @@ struct Frame {
   bool is_prepared = false;  ///< Pipeline::prepare() has seen it
   /// The stages up to Features were run on it by another process; they are not run again.
   bool front_end_done = false;
-  bool is_last = false;  ///< of its input, where that is known
+  bool is_last = false;                  ///< of its input, where that is known
   std::vector<KeyFeature> key_features;  ///< left by a Features stage
-  std::optional<FrameMotion> motion;  ///< since the frame before, left by a Motion stage
+  std::optional<FrameMotion> motion;     ///< since the frame before, left by a Motion stage
   /// Left by a Motion stage: T_world_sensor is in a world of this number. 0 = that of the first
   /// frame; in others are frames whose place among those before them is not known.
   std::size_t track = 0;

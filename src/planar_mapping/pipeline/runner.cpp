@@ -385,7 +385,7 @@ class Run {
   Clock::time_point next_checkpoint_;
   RunResult result_;
   std::future<Processed> at_work_;  ///< the frame that is being integrated
-  std::future<Read> ahead_;                      ///< the next frame
+  std::future<Read> ahead_;         ///< the next frame
 };
 
 /// Paths made absolute, so that config.resolved.yaml works from anywhere.

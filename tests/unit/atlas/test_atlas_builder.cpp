@@ -348,9 +348,8 @@ TEST(AtlasBuilder, ATrackThatIsFoundAgainGoesOnInASubmapOfItsOwn) {
   const AtlasData& data = builder.data();
   EXPECT_EQ((std::vector<std::size_t>{3, 1, 2}), framesOfSubmaps(data));
   ASSERT_EQ(1u, countOf(data, LinkKind::Neighbour));
-  const auto link = std::find_if(data.links.begin(), data.links.end(), [](const Link& one) {
-    return one.kind == LinkKind::Neighbour;
-  });
+  const auto link = std::find_if(data.links.begin(), data.links.end(),
+                                 [](const Link& one) { return one.kind == LinkKind::Neighbour; });
   EXPECT_EQ(0, link->from_submap);
   EXPECT_EQ(2, link->to_submap);
   EXPECT_GT(link->covariance.diagonal().minCoeff(), 0.0);

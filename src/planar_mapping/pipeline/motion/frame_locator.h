@@ -18,8 +18,11 @@ class CloudLocator {
  public:
   explicit CloudLocator(const SurfaceMapParams& params) : params_(params) {}
 
-  /// \param prior  guess of where the sensor is, in a world of its own: steps between guesses count
-  Localization locate(const PointsView& cloud, const std::optional<Pose>& prior);
+  /// \param is_partial       of a camera, which sees a part of its surroundings only
+  /// \param prior            guess of where the sensor is, in a world of its own: steps count
+  /// \param step_covariance  of such a step
+  Localization locate(const PointsView& cloud, bool is_partial, const std::optional<Pose>& prior,
+                      const Matrix6& step_covariance);
 
  private:
   struct Track {
@@ -28,9 +31,11 @@ class CloudLocator {
     Pose T_before_now = Pose::Identity();
     std::optional<Pose> prior;  ///< of the frame at T_track_sensor
     int lost = 0;               ///< clouds since then
+    int uncorrected = 0;        ///< steps between guesses since a cloud told
   };
-  CloudRegistration placeIn(const Track& track, const PointsView& cloud,
-                            const std::optional<Pose>& prior) const;
+  static CloudRegistration placeIn(const Track& track, const PointsView& cloud, bool is_partial);
+  static CloudRegistration follow(Track& track, const PointsView& cloud, const Pose& prior,
+                                  const Matrix6& step_covariance);
 
   SurfaceMapParams params_;
   std::map<std::size_t, Track> tracks_;

@@ -128,8 +128,8 @@ void MotionEstimationStage::find(Frame& frame) {
   }
   if (found->begins_submap) {
     const bool is_prior = keys_.poses == MotionKeys::Poses::Prior && frame.given_pose;
-    track.T_world_start = is_prior ? *frame.given_pose
-                                   : keys_.start.of(frame, optical_, keys_.noise.optionalNoise());
+    track.T_world_start =
+        is_prior ? *frame.given_pose : keys_.start.of(frame, optical_, keys_.noise.optionalNoise());
     frame.starts_world = !frame.given_pose || !(is_prior || keys_.start.isGiven());
   }
   frame.T_world_sensor = track.T_world_start * found->T_submap_camera;
