@@ -219,8 +219,8 @@ TEST(DriftingPoses, AScanWithoutOneDoesNotMoveTheNext) {
   }
 }
 
-/// This hall looks the same from its other end; after many scans that were left out no place is
-/// looked for at all.
+/// This hall looks the same from its other end: after many scans elsewhere nothing tells where it
+/// is entered again.
 TEST(DriftingPoses, AfterManyLostScansACloudAloneIsNotPlaced) {
   for (const std::size_t lost : {1, 8}) {
     Pipeline pipeline = pipelineWith("ignore");
@@ -235,9 +235,8 @@ TEST(DriftingPoses, AfterManyLostScansACloudAloneIsNotPlaced) {
       ASSERT_NE("", pipeline.process(elsewhere).skip_reason) << number;
     }
     Frame again = scanFrom(number, poseAt(0.4, 0.0), 8.0, random);
-    const std::string reason = pipeline.process(again).skip_reason;
-    EXPECT_NE("", reason);
-    EXPECT_EQ(lost > 5, reason.find("too many frames") != std::string::npos) << reason;
+    EXPECT_EQ(lost > 5, !pipeline.process(again).skip_reason.empty());
+    if (lost == 1) EXPECT_NEAR(0.4, again.T_world_sensor.translation().x(), 0.03);
   }
 }
 

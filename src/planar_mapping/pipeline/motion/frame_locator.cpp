@@ -21,62 +21,63 @@ bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
 }  // namespace
 
 Localization CloudLocator::locate(const PointsView& cloud, bool is_partial,
-                                  const std::optional<Pose>& prior,
-                                  const Matrix6& step_covariance) {
+                                  const std::optional<Pose>& prior, const Matrix6& step_covariance,
+                                  const std::function<Pose()>& start) {
   constexpr std::size_t kTried = 2;  // tracks, the newest first
   Localization result;
   std::size_t tried = 0;
   for (auto known = tracks_.rbegin(); known != tracks_.rend() && tried < kTried; ++known, ++tried) {
     Track& track = known->second;
-    const CloudRegistration found = prior && track.prior
+    const auto lost = static_cast<int>(frames_ - track.frame) - 1;
+    const CloudRegistration found = prior && track.T_track_given
                                         ? follow(track, cloud, *prior, step_covariance)
-                                        : placeIn(track, cloud, is_partial);
-    if (!found.found) {
-      ++track.lost;
-      continue;
-    }
+                                        : placeIn(track, cloud, is_partial, lost);
+    if (!found.found) continue;
     result.submap = known->first;
     result.T_submap_camera = found.T_world_sensor;
     result.covariance_in_camera = found.covariance;
-    track.T_before_now =
-        track.lost == 0 ? track.T_track_sensor.inverse() * found.T_world_sensor : Pose::Identity();
+    track.T_before_now = Pose::Identity();
+    if (lost == 0) track.T_before_now = track.T_track_sensor.inverse() * found.T_world_sensor;
     track.T_track_sensor = found.T_world_sensor;
-    if (prior) track.prior = prior;
-    track.lost = 0;
+    if (prior) track.T_track_given = found.T_world_sensor * prior->inverse();
+    track.frame = frames_++;
     track.map.insert(cloud, found.T_world_sensor);
     return result;
   }
   result.submap = tracks_.size();
   result.begins_submap = true;
+  result.T_submap_camera = start();
   Track& track = tracks_.emplace(result.submap, Track{SurfaceMap(params_)}).first->second;
-  track.prior = prior;
-  track.map.insert(cloud, Pose::Identity());
+  track.T_track_sensor = result.T_submap_camera;
+  if (prior) track.T_track_given = result.T_submap_camera * prior->inverse();
+  track.frame = frames_++;
+  track.map.insert(cloud, result.T_submap_camera);
   return result;
 }
 
 /// Nothing but surfaces tells whether a cloud fits. A camera is looked for where it was: the motion
 /// before is no better; what spins is on a vehicle, which goes on.
 CloudRegistration CloudLocator::placeIn(const Track& track, const PointsView& cloud,
-                                        bool is_partial) {
+                                        bool is_partial, int lost) {
   constexpr double kLittle = 0.5;  // of a view: it may lie better a little farther
   constexpr int kFewLost = 1;      // clouds: then a camera sees what it saw before them
   constexpr int kManyLost = 5;     // clouds: then nobody knows where what spins has gone
   constexpr double kStep = 1.0;    // metres: how far depth alone may place a cloud from where it is
   constexpr double kTurn = M_PI / 3.0;  // expected, and radians
-  if (track.lost > (is_partial ? kFewLost : kManyLost)) return {};
+  if (lost > (is_partial ? kFewLost : kManyLost)) return {};
   const Pose expected =
       is_partial ? track.T_track_sensor : track.T_track_sensor * track.T_before_now;
-  CloudRegistration found = track.map.locateNear(cloud, expected, track.lost);
+  CloudRegistration found = track.map.locateNear(cloud, expected, lost);
   const bool is_doubtful =
       is_partial ? found.fraction < kLittle : !isNear(expected, found.T_world_sensor, 0.3, 0.2);
-  const bool is_free = !is_partial && track.lost <= kFewLost;  // to be anywhere
+  const bool is_free = !is_partial && lost <= kFewLost;  // to be anywhere
   if (!found.found) {
-    found = track.map.locate(cloud, expected, track.lost);
+    found = track.map.locate(cloud, expected, lost);
     found.found = found.found && (is_free || isNear(expected, found.T_world_sensor, kStep, kTurn));
   } else if (is_doubtful) {
-    found = track.map.locateFar(cloud, expected, found, track.lost);
-    found.found = found.found &&
-                  (track.lost <= kFewLost || isNear(expected, found.T_world_sensor, kStep, kTurn));
+    found = track.map.locateFar(cloud, expected, found, lost);
+    found.found =
+        found.found && (lost <= kFewLost || isNear(expected, found.T_world_sensor, kStep, kTurn));
   }
   found.found = found.found && MotionParams().isCertain(found.covariance);
   return found;
@@ -88,9 +89,9 @@ CloudRegistration CloudLocator::follow(Track& track, const PointsView& cloud, co
                                        const Matrix6& step_covariance) {
   constexpr double kCautious = 0.2;   // of its deviations: registration states them too large
   constexpr double kFarthest = 22.5;  // 99.9 % of the squared distances, 6 degrees of freedom
-  const Pose expected = track.T_track_sensor * (track.prior->inverse() * prior);
-  CloudRegistration result = track.map.locateNear(cloud, expected, track.lost);
-  const Matrix6 of_given = ++track.uncorrected * step_covariance;
+  const Pose expected = *track.T_track_given * prior;
+  CloudRegistration result = track.map.locateNear(cloud, expected);
+  const Matrix6 of_given = 0.5 * ++track.uncorrected * step_covariance;  // of one pose
   const Matrix6 of_both = of_given + kCautious * kCautious * result.covariance;
   const Vector6 off =
       motionDifference(Pose::Identity(), expected.inverse() * result.T_world_sensor);
@@ -103,29 +104,53 @@ CloudRegistration CloudLocator::follow(Track& track, const PointsView& cloud, co
   return result;
 }
 
-std::optional<Localization> FrameLocator::locate(const Frame& frame,
-                                                 const Matrix6* step_covariance) {
+Pose FrameLocator::startOf(Frame& frame, bool by_guess) const {
+  frame.starts_world = !frame.given_pose || !(by_guess || keys_.start.isGiven());
+  if (by_guess) return *frame.given_pose;
+  return keys_.start.of(frame, is_optical_, keys_.noise.optionalNoise());
+}
+
+std::optional<Localization> FrameLocator::locate(Frame& frame, const Matrix6* step_covariance) {
   std::optional<Pose> prior;
   if (step_covariance != nullptr) prior = frame.given_pose;
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (!images_ && !clouds_ && showsItsCloud(frame)) images_.emplace(keys_.localizerNow());
   if (images_) {
     if (!showsItsCloud(frame)) return std::nullopt;
-    LocalizerFrame seen;
-    seen.gray = io::toGray(frame.images.left);
-    seen.cloud = pointsOf(*frame.cloud);
-    seen.camera = *frame.camera;
-    seen.timestamp = frame.timestamp;
-    seen.prior = prior;
-    if (prior) seen.prior_covariance = *step_covariance;
-    return images_->locate(seen);
+    return locateImage(frame, prior, step_covariance);
   }
 #endif
   if (!clouds_) clouds_.emplace(keys_.surfaceFor(frame));
   const bool is_partial =
       frame.camera || (frame.cloud->height > 1 && !keys_.surface.optical_axis.isZero());
   return clouds_->locate(pointsOf(*frame.cloud), is_partial, prior,
-                         prior ? *step_covariance : Matrix6::Zero());
+                         prior ? *step_covariance : Matrix6::Zero(),
+                         [&]() { return startOf(frame, prior.has_value()); });
 }
+
+#ifdef PLANAR_MAPPING_HAS_STEREO
+Localization FrameLocator::locateImage(Frame& frame, const std::optional<Pose>& prior,
+                                       const Matrix6* step_covariance) {
+  LocalizerFrame seen;
+  seen.gray = io::toGray(frame.images.left);
+  seen.cloud = pointsOf(*frame.cloud);
+  seen.camera = *frame.camera;
+  seen.timestamp = frame.timestamp;
+  seen.prior = prior;
+  if (prior) seen.prior_covariance = *step_covariance;
+  Localization found = images_->locate(seen);
+  if (found.begins_submap) T_world_start_[found.submap] = startOf(frame, prior.has_value());
+  const Pose& T_world_start = T_world_start_.at(found.submap);
+  found.T_submap_camera = T_world_start * found.T_submap_camera;
+  if (found.joined) {
+    JoinedSubmap& joined = *found.joined;
+    joined.T_other_submap =
+        T_world_start * joined.T_other_submap * T_world_start_.at(joined.submap).inverse();
+    const Matrix6 A = adjoint(T_world_start);
+    joined.covariance = A * joined.covariance * A.transpose();
+  }
+  return found;
+}
+#endif
 
 }  // namespace planar_mapping::detail

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -21,23 +22,26 @@ class CloudLocator {
   /// \param is_partial       of a camera, which sees a part of its surroundings only
   /// \param prior            guess of where the sensor is, in a world of its own: steps count
   /// \param step_covariance  of such a step
+  /// \param start            pose of a sensor that begins a track, z up: turns are about that
   Localization locate(const PointsView& cloud, bool is_partial, const std::optional<Pose>& prior,
-                      const Matrix6& step_covariance);
+                      const Matrix6& step_covariance, const std::function<Pose()>& start);
 
  private:
   struct Track {
     SurfaceMap map;
     Pose T_track_sensor = Pose::Identity();
     Pose T_before_now = Pose::Identity();
-    std::optional<Pose> prior;  ///< of the frame at T_track_sensor
-    int lost = 0;               ///< clouds since then
-    int uncorrected = 0;        ///< steps between guesses since a cloud told
+    std::optional<Pose> T_track_given;  ///< by the last cloud that had a guess
+    std::size_t frame = 0;              ///< the cloud at T_track_sensor
+    int uncorrected = 0;                ///< steps between guesses since a cloud told
   };
-  static CloudRegistration placeIn(const Track& track, const PointsView& cloud, bool is_partial);
+  static CloudRegistration placeIn(const Track& track, const PointsView& cloud, bool is_partial,
+                                   int lost);
   static CloudRegistration follow(Track& track, const PointsView& cloud, const Pose& prior,
                                   const Matrix6& step_covariance);
 
   SurfaceMapParams params_;
+  std::size_t frames_ = 0;
   std::map<std::size_t, Track> tracks_;
 };
 
@@ -48,14 +52,26 @@ class FrameLocator {
   /// \param keys  read with the first frame; has to live as long
   explicit FrameLocator(const MotionKeys& keys) : keys_(keys) {}
 
+  /// Of clouds, see CloudScale::optical. Before the first frame.
+  void setOptical(bool optical) { is_optical_ = optical; }
+  /// \param frame            gets notes of how the world is found to lie; see Frame::starts_world
   /// \param step_covariance  of the step between given poses; null: they are not looked at
-  /// \return nothing where the frame has no image, unlike the first one
-  std::optional<Localization> locate(const Frame& frame, const Matrix6* step_covariance);
+  /// \return poses in the world of the track; nothing where the frame has no image, unlike the
+  /// first
+  std::optional<Localization> locate(Frame& frame, const Matrix6* step_covariance);
 
  private:
+  Pose startOf(Frame& frame, bool by_guess) const;
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  Localization locateImage(Frame& frame, const std::optional<Pose>& prior,
+                           const Matrix6* step_covariance);
+#endif
+
   const MotionKeys& keys_;
+  bool is_optical_ = true;
 #ifdef PLANAR_MAPPING_HAS_STEREO
   std::optional<Localizer> images_;
+  std::map<std::size_t, Pose> T_world_start_;  ///< by track, of images
 #endif
   std::optional<CloudLocator> clouds_;
 };

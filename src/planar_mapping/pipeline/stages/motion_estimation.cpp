@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
 
 #include "planar_mapping/geometry/angles.h"
-#include "planar_mapping/localization/odometry/motion_estimation.h"
+#include "planar_mapping/pipeline/keyframe_view.h"
 #include "planar_mapping/pipeline/motion/frame_locator.h"
 #include "planar_mapping/pipeline/motion/motion_keys.h"
 #include "planar_mapping/pipeline/rounded.h"
@@ -29,12 +30,12 @@ class MotionEstimationStage : public Stage {
   void configure(const RunSettings&) override { keys_.configure(); }
   void adapt(const CloudScale& scale) override {
     keys_.noise.adapt(scale);
-    optical_ = scale.optical;
-    keys_.adapt(optical_);
+    locator_.setOptical(scale.optical);
+    keys_.adapt(scale.optical);
   }
   void process(Frame& frame) override {
     if (frame.given_pose && keys_.poses == MotionKeys::Poses::Use) {
-      if (checked_ < kCheckedFrames) checkGiven(frame);
+      if (checked_ < kCheckedFrames && showsItsCloud(frame)) checkGiven(frame);
       takeGiven(frame);
     } else {
       find(frame);
@@ -59,15 +60,11 @@ class MotionEstimationStage : public Stage {
   static constexpr int kCheckedFrames = 4;  ///< the first, whose images check given poses
 
   MotionKeys keys_;
-  bool optical_ = true;  ///< clouds are in a camera's frame, z forward; else x forward, z up
   FrameLocator locator_{keys_};
-  struct Track {
-    Pose T_world_start = Pose::Identity();
-    std::optional<Pose> last;  ///< T_world_sensor
-  };
-  std::map<std::size_t, Track> tracks_;
-  int checked_ = 0;                ///< frames whose given pose was compared with their images
-  std::optional<Pose> T_checked_;  ///< of the first of them, as given
+  std::map<std::size_t, std::optional<Pose>> last_;  ///< T_world_sensor, by track
+  std::optional<std::size_t> given_track_;           ///< that of the world of given poses
+  int checked_ = 0;                    ///< frames whose given pose was compared with their images
+  std::optional<Pose> T_given_found_;  ///< by the first of them
 };
 
 }  // namespace
@@ -75,10 +72,12 @@ class MotionEstimationStage : public Stage {
 void MotionEstimationStage::takeGiven(Frame& frame) {
   frame.T_world_sensor = *frame.given_pose;
   frame.pose_taken = true;
-  Track& track = tracks_[0];
-  if (track.last)
-    frame.motion = FrameMotion{frame.T_world_sensor.inverse() * *track.last, stepCovariance()};
-  track.last = frame.T_world_sensor;
+  // How that world lies to one that began with a frame that has no pose is not known.
+  if (!given_track_) given_track_ = last_.empty() ? 0 : std::numeric_limits<std::size_t>::max();
+  frame.track = *given_track_;
+  std::optional<Pose>& last = last_[frame.track];
+  if (last) frame.motion = FrameMotion{frame.T_world_sensor.inverse() * *last, stepCovariance()};
+  last = frame.T_world_sensor;
 }
 
 /// Poses of another camera, unit or convention show in the first frames.
@@ -87,11 +86,11 @@ void MotionEstimationStage::checkGiven(Frame& frame) {
   constexpr double kMaxDistance = 0.1;  // metres
   constexpr double kMaxTurn = 5.0;      // degrees
   ++checked_;
-  const std::optional<Localization> found = locator_.locate(frame, nullptr);
+  Frame copy = frame;  // its notes and its world are not wanted
+  const std::optional<Localization> found = locator_.locate(copy, nullptr);
   if (!found || found->submap != 0) return;
-  if (!T_checked_) T_checked_ = *frame.given_pose;
-  const Pose given = T_checked_->inverse() * *frame.given_pose;
-  const Pose apart = given.inverse() * found->T_submap_camera;
+  if (!T_given_found_) T_given_found_ = *frame.given_pose * found->T_submap_camera.inverse();
+  const Pose apart = frame.given_pose->inverse() * *T_given_found_ * found->T_submap_camera;
   const double distance = apart.translation().norm();
   const double turn = rotationAngle(apart.linear()) / kRadiansPerDegree;
   if (found->evidence.inliers < kMinInliers || (distance < kMaxDistance && turn < kMaxTurn)) return;
@@ -116,27 +115,22 @@ void MotionEstimationStage::find(Frame& frame) {
   frame.inliers = found->evidence.inliers;
   frame.matches = found->evidence.expected;
   frame.statistics.push_back({"motion_log_odds", found->evidence.log_odds});
+  frame.T_world_sensor = found->T_submap_camera;
   frame.track = found->submap;
-  Track& track = tracks_[frame.track];
-  if (found->joined) {
-    const Pose& T_world_track = track.T_world_start;
-    frame.joined = *found->joined;
-    frame.joined->T_other_submap = T_world_track * found->joined->T_other_submap *
-                                   tracks_[found->joined->submap].T_world_start.inverse();
-    const Matrix6 A = adjoint(T_world_track);
-    frame.joined->covariance = A * found->joined->covariance * A.transpose();
+  frame.joined = found->joined;
+  if (given_track_ == 0u) {
+    if (frame.track == 0 && T_given_found_) {
+      frame.T_world_sensor = *T_given_found_ * frame.T_world_sensor;
+    } else {
+      ++frame.track;
+      if (frame.joined) ++frame.joined->submap;
+    }
+    frame.starts_world = false;
   }
-  if (found->begins_submap) {
-    const bool is_prior = keys_.poses == MotionKeys::Poses::Prior && frame.given_pose;
-    track.T_world_start =
-        is_prior ? *frame.given_pose : keys_.start.of(frame, optical_, keys_.noise.optionalNoise());
-    frame.starts_world = !frame.given_pose || !(is_prior || keys_.start.isGiven());
-  }
-  frame.T_world_sensor = track.T_world_start * found->T_submap_camera;
-  if (track.last)
-    frame.motion =
-        FrameMotion{frame.T_world_sensor.inverse() * *track.last, found->covariance_in_camera};
-  track.last = frame.T_world_sensor;
+  std::optional<Pose>& last = last_[frame.track];
+  if (last)
+    frame.motion = FrameMotion{frame.T_world_sensor.inverse() * *last, found->covariance_in_camera};
+  last = frame.T_world_sensor;
 }
 
 void addMotionEstimation(StageTable& table) {
