@@ -147,6 +147,19 @@ TEST(RepeatingWall, ALostCameraIsNotTakenBackByAPanel) {
   EXPECT_LE(4u, before);
 }
 
+TEST(GivenPoses, AFrameWithoutOneIsPlacedInTheirWorld) {
+  Pipeline pipeline = pipelineOf(
+      "  - stage: motion_estimation\n  - stage: multi_plane_segmentation\n"
+      "  - stage: planar_cuboid_approximation\n");
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Pose truth(Eigen::Translation3d(7.0 + 0.1 * static_cast<double>(i), -2.0, 1.0));
+    Frame frame = frameAt(i, 0.1 * static_cast<double>(i), false, 0.0);
+    if (i != 3) frame.given_pose = truth;
+    EXPECT_EQ("", pipeline.process(frame).skip_reason) << i;
+    EXPECT_LT((frame.T_world_sensor.translation() - truth.translation()).norm(), 0.02) << i;
+  }
+}
+
 // Scans, which have no features: what their clouds say of given poses, and of none.
 
 Pipeline pipelineWith(const std::string& poses) {

@@ -119,11 +119,13 @@ void MotionEstimationStage::find(Frame& frame) {
   frame.track = found->submap;
   frame.joined = found->joined;
   if (given_track_ == 0u) {
+    if (frame.joined) ++frame.joined->submap;
     if (frame.track == 0 && T_given_found_) {
       frame.T_world_sensor = *T_given_found_ * frame.T_world_sensor;
+      if (frame.joined)
+        frame.joined->T_other_submap = *T_given_found_ * frame.joined->T_other_submap;
     } else {
       ++frame.track;
-      if (frame.joined) ++frame.joined->submap;
     }
     frame.starts_world = false;
   }
