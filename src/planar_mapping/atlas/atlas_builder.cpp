@@ -111,8 +111,8 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
     path_ += step.translation().norm();
     const Matrix6 moved = adjoint(step);
     track.drift = moved * track.drift * moved.transpose();
-    track.drift.diagonal() += varianceOf(step, !seen.step_covariance);
-    if (seen.step_covariance) track.drift += *seen.step_covariance;
+    track.drift.diagonal() += varianceOf(step, !seen.drift);
+    if (seen.drift) track.drift += *seen.drift;
   }
   if (is_entering_) {
     const Matrix6 A = adjoint(seen.T_track_sensor);

@@ -54,8 +54,9 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
     std::string source;     ///< file it came from
     double timestamp = 0.0;
     Pose T_track_sensor = Pose::Identity();
-    /// Of the motion since the frame before of the track; see Matrix6. Absent = poses are given.
-    std::optional<Matrix6> step_covariance;
+    /// What this and later poses of the track are farther off than those before, in the frame of
+    /// the sensor; see Matrix6. Absent = poses are given.
+    std::optional<Matrix6> drift;
     std::optional<JoinedSubmap> joined;  ///< a track that lies in this one, and ends
     const io::Image* gray = nullptr;     ///< null = no place is recognised by it
     PointsView cloud;                    ///< organized, of the size of the image

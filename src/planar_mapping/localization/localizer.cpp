@@ -105,6 +105,7 @@ class Localizer::Impl {
     result.T_submap_camera = track.T_submap_camera * (track.prior->inverse() * *frame.prior);
     result.covariance_in_camera =
         static_cast<double>(frames_ - track.frame) * frame.prior_covariance;
+    result.drift_in_camera = result.covariance_in_camera;
     result.covariance = turnedBy(result.T_submap_camera, result.covariance_in_camera);
     result.evidence = evidence;
     return result;
@@ -147,6 +148,7 @@ class Localizer::Impl {
       detail::weighCells({map[k]}, view, found->T_now_map, beside);
       if (beside.overlap >= params_.keyframe_overlap) result.is_keyframe = false;
     }
+    if (result.is_keyframe) result.drift_in_camera = found->independent;
     return true;
   }
 
@@ -191,6 +193,7 @@ class Localizer::Impl {
     result.submap = other;
     result.T_submap_camera = moved.T_submap_camera;
     result.covariance_in_camera += turnedBy(moved.T_submap_camera.inverse(), joined.covariance);
+    result.drift_in_camera += turnedBy(moved.T_submap_camera.inverse(), joined.covariance);
     result.covariance = turnedBy(result.T_submap_camera, result.covariance_in_camera);
     result.joined = joined;
   }

@@ -76,6 +76,9 @@ struct Localization {
   Matrix6 covariance = Matrix6::Zero();
   /// The same error seen from the camera: of T_camera_submap, see Matrix6.
   Matrix6 covariance_in_camera = Matrix6::Zero();
+  /// What later frames, which are placed by this one, are farther off than those before: zero but
+  /// of keyframes. See covariance_in_camera.
+  Matrix6 drift_in_camera = Matrix6::Zero();
   /// A step later motion tells where a submap began: this one, which is no more, lies in `submap`.
   std::optional<JoinedSubmap> joined;
   PoseEvidence evidence;  ///< of a frame that begins a submap: of the likeliest link, refused

@@ -204,6 +204,7 @@ class PoseSearch {
     candidate.covariance = inverseOf(information);
     if (!candidate.covariance.allFinite() || candidate.covariance.diagonal().minCoeff() <= 0.0)
       return false;
+    candidate.independent = candidate.covariance;
     candidate.covariance.diagonal() += shared;
     return true;
   }

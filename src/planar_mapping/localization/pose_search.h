@@ -19,6 +19,8 @@ struct ExpectedPose {
 struct PoseCandidate {
   Pose T_now_map = Pose::Identity();
   Matrix6 covariance = Matrix6::Zero();  ///< see Matrix6
+  /// The part of it that is independent of errors of other frames.
+  Matrix6 independent = Matrix6::Zero();
   PoseEvidence evidence;
   bool by_features = false;
 };

@@ -69,6 +69,9 @@ struct Frame {
   std::size_t track = 0;
   /// Likewise: frames before in that track are in this one, and no more will be in that.
   std::optional<JoinedSubmap> joined;
+  /// Likewise: what later frames of a pose that was found are farther off than those before; see
+  /// FrameMotion::covariance.
+  std::optional<Matrix6> drift;
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
   /// set it leave the frame out and mapping goes on with the next. Empty = it can.
   std::string skip_reason;

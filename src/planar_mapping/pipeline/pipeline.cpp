@@ -351,7 +351,7 @@ void Pipeline::addToAtlas(Frame& frame) {
   seen.source = frame.source;
   seen.timestamp = frame.timestamp;
   seen.T_track_sensor = frame.T_world_sensor;
-  if (frame.motion && !frame.pose_taken) seen.step_covariance = frame.motion->covariance;
+  seen.drift = frame.drift;
   seen.joined = frame.joined;
   const std::optional<KeyframeView> view = keyframeViewOf(frame);
   if (view) {

@@ -103,8 +103,9 @@ inline void expectSame(const AtlasData& a, const AtlasData& b) {
     EXPECT_EQ(bytesOf(a.submaps[i].T_world_submap.matrix()),
               bytesOf(b.submaps[i].T_world_submap.matrix()));
     ASSERT_EQ(a.submaps[i].map == nullptr, b.submaps[i].map == nullptr);
-    if (a.submaps[i].map != nullptr)
+    if (a.submaps[i].map != nullptr) {
       EXPECT_TRUE(a.submaps[i].map->serialize() == b.submaps[i].map->serialize());
+    }
   }
   ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
   for (std::size_t i = 0; i < a.keyframes.size(); ++i) {

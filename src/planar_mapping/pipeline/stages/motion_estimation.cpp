@@ -118,6 +118,7 @@ void MotionEstimationStage::find(Frame& frame) {
   frame.T_world_sensor = found->T_submap_camera;
   frame.track = found->submap;
   frame.joined = found->joined;
+  frame.drift = found->drift_in_camera;
   if (given_track_ == 0u) {
     if (frame.joined) ++frame.joined->submap;
     if (frame.track == 0 && T_given_found_) {
