@@ -138,9 +138,10 @@ def connect(options):
                                f"{error or type(error).__name__}; is it running, and is the address right?", 4) from error
         return client, None
     require_safe(options.host, security, options)
+    status = f"{options.host}:0"  # of Dask's pages, which would be open to the network otherwise
     cluster = LocalCluster(n_workers=options.workers, threads_per_worker=1, host=options.host, security=security,
-                           protocol="tls" if security else "tcp", dashboard_address=None, silence_logs=logging.CRITICAL,
-                           local_directory=tempfile.mkdtemp(prefix="planar_mapping_"))
+                           protocol="tls" if security else "tcp", dashboard_address=status, worker_dashboard_address=status,
+                           silence_logs=logging.CRITICAL, local_directory=tempfile.mkdtemp(prefix="planar_mapping_"))
     return Client(cluster, security=security), cluster
 
 

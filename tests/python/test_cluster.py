@@ -124,6 +124,40 @@ def test_without_tls_nothing_listens_on_the_network(walks, tmp_path):
     assert "TLS needs --tls-ca, --tls-cert and --tls-key" in done.stderr
 
 
+def sockets_of(root):
+    """Inodes of the sockets of a process and of all that it started."""
+    parents = {}
+    for folder in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            parents[folder.name] = (folder / "stat").read_text().rpartition(")")[2].split()[1]
+        except OSError:
+            continue
+    family = {str(root)}
+    while more := {child for child, parent in parents.items() if parent in family} - family:
+        family |= more
+    links = [os.readlink(file) for one in family for file in pathlib.Path(f"/proc/{one}/fd").glob("*") if file.is_symlink()]
+    return {link[8:-1] for link in links if link.startswith("socket:[")}
+
+
+@pytest.mark.skipif(not pathlib.Path("/proc/net/tcp").exists(), reason="there is no /proc/net/tcp")
+def test_all_that_listens_is_on_the_loopback(walks, tmp_path):
+    wait = f'[ "$2" = submap ] && touch {tmp_path}/begun && while [ ! -e {tmp_path}/go ]; do sleep 0.1; done'
+    command = [sys.executable, "-m", "planar_mapping.cluster", *walks, *CUT, "-o", tmp_path / "out", "--workers", "2", "-q",
+               "--program", program_that(tmp_path, wait)]
+    with subprocess.Popen(command) as run:
+        for _ in range(300):
+            if (tmp_path / "begun").exists():
+                break
+            time.sleep(0.1)
+        own = sockets_of(run.pid)
+        rows = [line.split() for name in ("tcp", "tcp6") if os.path.exists(f"/proc/net/{name}")
+                for line in pathlib.Path(f"/proc/net/{name}").read_text().splitlines()[1:]]
+        addresses = [row[1].split(":")[0] for row in rows if row[3] == "0A" and row[9] in own]
+        (tmp_path / "go").touch()
+    assert run.returncode == 0
+    assert len(addresses) >= 5 and set(addresses) == {"0100007F"}  # 127.0.0.1: scheduler, workers, nannies
+
+
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is missing")
 def test_with_certificates_all_connections_are_encrypted(walks, one_process, tmp_path):
     pem, key = tmp_path / "cert.pem", tmp_path / "key.pem"

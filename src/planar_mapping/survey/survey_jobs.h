@@ -50,8 +50,9 @@ class PLANAR_MAPPING_EXPORT SurveyJobs {
                     int threads = 1) const;
 
   /// The same as tiles of a folder, map_X_Y.pmap, for maps larger than memory: only the submaps
-  /// that reach into a tile are loaded for it. io::loadMap() opens the folder as one map. \param
-  /// side  of a tile, metres, see tileSide()
+  /// that reach into a tile or the next ones are loaded for it. io::loadMap() opens the folder as
+  /// one map.
+  /// \param side  of a tile, metres, see tileSide()
   std::vector<SurveyReport> joinTiles(const std::string& folder, double side,
                                       std::optional<std::int64_t> component = {},
                                       int threads = 1) const;

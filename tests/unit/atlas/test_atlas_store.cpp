@@ -88,6 +88,9 @@ TEST_F(AtlasStoreTest, ReadsPosesWithoutMapsAndImages) {
     keyframe.cells_across = 0;
   }
   expectSame(without, loadAtlas(directory_ / "a.atlas", 1, AtlasContent::Outline));
+  AtlasStore store = AtlasStore::open(directory_ / "a.atlas");
+  EXPECT_TRUE(store.map(1)->serialize() == data.submaps[1].map->serialize());
+  EXPECT_THROW(store.map(99), InputError);
 }
 
 TEST_F(AtlasStoreTest, GrowsSubmapBySubmap) {

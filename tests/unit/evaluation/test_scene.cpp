@@ -52,6 +52,31 @@ TEST(Scene, CameraNeverStandsInsideAnything) {
   }
 }
 
+TEST(Scene, WalksThroughABuildingGoDifferentWaysThroughTheSameRooms) {
+  SceneParams params;
+  params.scene = "building";
+  params.frames = 2000;
+  const Scene first = makeScene(params);
+  params.walk = 1;
+  const Scene second = makeScene(params);
+  ASSERT_EQ(first.objects.size(), second.objects.size());
+  for (std::size_t i = 0; i < first.objects.size(); ++i)
+    EXPECT_EQ(first.objects[i].size, second.objects[i].size);
+  double apart = 0.0, highest = 0.0;
+  for (std::size_t i = 0; i < 2000; ++i) {
+    apart = std::max(apart, (first.path[i].translation() - second.path[i].translation()).norm());
+    highest = std::max(highest, first.path[i].translation().z());
+    if (i > 0)
+      EXPECT_LT((first.path[i].translation() - first.path[i - 1].translation()).norm(), 0.16);
+    for (const SceneObject& object : first.objects) {
+      const Vector3 local = object.T_world_object.inverse() * first.path[i].translation();
+      ASSERT_GT((local.cwiseAbs() - 0.5 * object.size).maxCoeff(), 0.05) << object.name;
+    }
+  }
+  EXPECT_GT(apart, 5.0);
+  EXPECT_GT(highest, 6.0) << "the third floor";
+}
+
 SceneParams paramsOf(const std::string& name, int frames, Path path) {
   SceneParams params;
   params.scene = name;
