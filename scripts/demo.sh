@@ -25,7 +25,9 @@ scripts/build.sh release planar_map planar_map_viewer
 planar_map=build/bin/planar_map
 mkdir -p "$out"
 
+loop=false
 if [[ ${#inputs[@]} -eq 0 ]]; then
+  loop=true
   echo "== simulating the images of a stereo camera in a corridor"
   "$planar_map" simulate corridor --write images --frames 48 --step 0.2 --yaw-deg 20 --threads 0 \
     -o "$out/sequence" --force -q
@@ -46,6 +48,19 @@ snapshot by_plane.png --color plane --size 1280x720
 snapshot by_probability.png --color probability --show occupied,edges,trajectory,axes,legend --size 1280x720
 snapshot top_view.png --projection-2d --size 1000x800
 
+if $loop; then
+  echo "== there and back by an odometer that drifts by half a metre and 5 degrees, before and after its loops are closed"
+  "$planar_map" simulate corridor --write images --path back --frames 80 --odometry-drift 0.5,5 --threads 0 \
+    -o "$out/way" --force -q
+  rm -f "$out/loops.atlas"
+  for part in before after; do
+    atlas=()
+    if [[ $part == after ]]; then atlas=(--atlas "$out/loops.atlas" --submap-frames 5); fi
+    "$planar_map" run -j 0 "$out/way" --poses "$out/way/odometry.txt" -o "$out/loop_$part" --force -q ${atlas[@]+"${atlas[@]}"}
+    "$planar_map" snapshot "$out/loop_$part/map.pmap" -o "$out/loop_$part.png" --force --color plane --size 1000x500
+  done
+fi
+
 figure() { grep -m1 "\"$1\"" "$out/map/metrics.json" | sed 's/.*: *//; s/,$//'; }
 cat <<TEXT
 
@@ -55,6 +70,7 @@ Path:     $out/map/trajectory_tum.txt
 Pictures: $out/by_plane.png
           $out/by_probability.png
           $out/top_view.png
+$($loop && echo "          $out/loop_before.png, $out/loop_after.png")
 
   planes                  $(figure planes)
   cuboids                 $(figure total)

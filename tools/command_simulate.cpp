@@ -11,12 +11,14 @@
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/spelling.h"
 #include "planar_mapping/geometry/angles.h"
+#include "planar_mapping/io/pose_file.h"
 
 namespace planar_mapping::tools {
 namespace {
 
 const std::map<std::string, evaluation::Path> kPaths = {{"forward", evaluation::Path::Forward},
                                                         {"return", evaluation::Path::Return},
+                                                        {"back", evaluation::Path::Back},
                                                         {"standing", evaluation::Path::Standing}};
 
 struct SimulateArguments {
@@ -24,6 +26,7 @@ struct SimulateArguments {
   std::string directory;
   std::string content = "clouds", path = "forward";
   double yaw_deg = 0.0;
+  std::vector<double> drift;  // metres, degrees
   int walks = 1;
   bool perfect = false;
   bool force = false;
@@ -51,10 +54,11 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--frames", params.frames, "Frames along the path, >= 1");
   command
       .add_option("--path", arguments.path,
-                  "forward: once through the scene; return: there and back (room: two rounds); "
-                  "standing: all frames from the first place")
+                  "forward: once through the scene; return: there, a turn, and back (room: two "
+                  "rounds); back: there and back without a turn; standing: all frames from the "
+                  "first place")
       ->transform(CLI::IsMember(kPaths, CLI::ignore_case))
-      ->option_text("forward|return|standing [forward]");
+      ->option_text("forward|return|back|standing [forward]");
   command.add_option("--step", params.step,
                      "Metres between frames, >= 0; 0 = the frames are spread over the whole path");
   command.add_option("--length", params.length,
@@ -65,6 +69,13 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       .add_option("--walks", arguments.walks,
                   "Ways through the building, each a sequence DIR/walk_N; 1 = DIR itself")
       ->check(CLI::Range(1, 10000));
+  command
+      .add_option("--odometry-drift", arguments.drift,
+                  "Also writes odometry.txt, the poses as an odometer has them: off by so many "
+                  "metres and degrees in the end, growing evenly")
+      ->delimiter(',')
+      ->expected(2)
+      ->option_text("METRES,DEGREES");
   command.add_flag("--moving", params.moving,
                    "Adds a person who leaves and, in the corridor, a door that opens");
   command
@@ -95,6 +106,20 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command.add_flag("-q,--quiet", arguments.quiet, "No progress");
 }
 
+/// \param drift  metres and degrees after the last pose
+void writeOdometry(const std::string& directory, const std::vector<double>& drift, bool force) {
+  std::vector<io::StampedPose> poses = io::readTumPoses(directory + "/poses.txt");
+  const Vector3 axis = Vector3(0.4, 0.2, 0.9).normalized();
+  const Vector3 shift = drift[0] * Vector3(0.6, 0.5, 0.6).normalized();
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const double part = static_cast<double>(i) / static_cast<double>(poses.size() - 1);
+    poses[i].pose.prerotate(Eigen::AngleAxisd(drift[1] * kRadiansPerDegree * part, axis));
+    poses[i].pose.pretranslate(part * shift);
+  }
+  io::writeTumPoses(directory + "/odometry.txt", poses,
+                    force ? io::Overwrite::Allow : io::Overwrite::Refuse);
+}
+
 void simulate(const SimulateArguments& arguments) {
   if (arguments.walks > 1) {
     SimulateArguments one = arguments;
@@ -114,6 +139,8 @@ void simulate(const SimulateArguments& arguments) {
   };
   writeResults([&]() {
     evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
+    if (!arguments.drift.empty())
+      writeOdometry(arguments.directory, arguments.drift, arguments.force);
   });
   if (!arguments.quiet)
     std::cout << arguments.directory << ": " << detail::counted(simulation.size(), "frame")

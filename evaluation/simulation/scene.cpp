@@ -183,7 +183,9 @@ void SceneBuilder::lookFrom(const Vector3& position, double yaw_deg, double pitc
 
 void SceneBuilder::followLine(double length, const std::function<void(double, double)>& look) {
   const double turning = 180.0 / kTurnPerMetre;
-  const double whole = params.path == Path::Return ? 2.0 * length + turning : length;
+  const double there = params.path == Path::Return ? length + turning : length;
+  const bool returns = params.path == Path::Return || params.path == Path::Back;
+  const double whole = returns ? there + length : length;
   const double step = params.step > 0.0   ? params.step
                       : params.frames > 1 ? whole / (params.frames - 1)
                                           : 0.0;
@@ -191,16 +193,16 @@ void SceneBuilder::followLine(double length, const std::function<void(double, do
     const double way = params.path == Path::Standing ? 0.0 : std::min(i * step, whole);
     if (way <= length) {
       look(way / length, 0.0);
-    } else if (way <= length + turning) {
+    } else if (way <= there) {
       look(1.0, kTurnPerMetre * (way - length));
     } else {
-      look(std::max(0.0, whole - way) / length, 180.0);
+      look(std::max(0.0, whole - way) / length, params.path == Path::Return ? 180.0 : 0.0);
     }
   }
 }
 
 void SceneBuilder::followRound(double length, const std::function<void(double)>& look) {
-  const double whole = params.path == Path::Return ? 2.0 : 1.0;
+  const double whole = params.path == Path::Return || params.path == Path::Back ? 2.0 : 1.0;
   const double step = params.step > 0.0 ? params.step / length : whole / params.frames;
   for (int i = 0; i < params.frames; ++i)
     look(params.path == Path::Standing ? 0.0 : std::min(i * step, whole));

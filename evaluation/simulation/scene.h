@@ -79,6 +79,7 @@ PLANAR_MAPPING_EXPORT ScenePlanes planesOf(const Scene& scene);
 enum class Path {
   Forward,   ///< from the beginning of the scene to its end; room: once around
   Return,    ///< there, a turn on the spot, and back; room: twice around
+  Back,      ///< there, and back out of it without a turn; room: twice around
   Standing,  ///< every frame from the first place
 };
 
