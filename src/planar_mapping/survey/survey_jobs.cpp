@@ -208,6 +208,10 @@ SurveyJobs::SurveyJobs(const std::string& plan, const std::string& path, std::st
 
 SurveyJobs::SurveyJobs(std::string folder) : folder_(std::move(folder)) {
   const std::string own = pathOf(kPlanName);
+  std::error_code ignored;
+  if (!fs::exists(own, ignored))
+    throw InputError(folder_ +
+                     ": is a directory without plan.json, or none: no folder of a survey");
   plan_ = parseSurveyPlan(io::readWholeText(own), own);
 }
 
