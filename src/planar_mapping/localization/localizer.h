@@ -54,8 +54,10 @@ struct PoseEvidence {
   double rival = 0.0;         ///< odds of other poses that were found, over those of this one
   double log_odds = 0.0;      ///< natural logarithm of right over wrong, of all this together
 
+  /// Of the features expected; where these are few they say little by themselves.
   double seenAgain() const {
-    return expected == 0 ? 0.0 : static_cast<double>(inliers) / static_cast<double>(expected);
+    constexpr double kFew = 10.0;
+    return static_cast<double>(inliers) / (static_cast<double>(expected) + kFew);
   }
 };
 

@@ -143,10 +143,12 @@ double logOdds(const PoseEvidence& evidence, bool by_features) {
   if (!by_features && evidence.overlap < kMinOverlap) return kNever;
   constexpr double kCorrelationWeight = 2.05;
   const double gray = kCorrelationWeight * evidence.correlation;
-  constexpr double kBySurfaces = -2.0;  // where nothing else is known
-  const double rest =
-      by_features ? featureLogOdds(evidence.off_plane, evidence.seenAgain(), evidence.seen_through)
-                  : kBySurfaces + overlapLogOdds(evidence.seenAgain(), evidence.seen_through);
+  constexpr double kBySurfaces = -2.0;   // where nothing else is known
+  constexpr double kMostThrough = 0.15;  // more says nothing more: something large has moved
+  const double seen_through = std::min(evidence.seen_through, kMostThrough);
+  const double rest = by_features
+                          ? featureLogOdds(evidence.off_plane, evidence.seenAgain(), seen_through)
+                          : kBySurfaces + overlapLogOdds(evidence.seenAgain(), seen_through);
   return rest + gray;
 }
 

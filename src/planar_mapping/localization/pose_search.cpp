@@ -104,7 +104,8 @@ class PoseSearch {
 
   /// Where all that agrees is on one plane, the same may be there again: panels, tiles, windows.
   void searchRivals() {
-    constexpr std::array<double, 4> kShifts = {-0.3, -0.15, 0.15, 0.3};  // of the depth
+    // Of the depth: as far as half of the view is still seen.
+    constexpr std::array<double, 8> kShifts = {-0.75, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.75};
     const Pose T_now_map = best().T_now_map;
     std::vector<Pose> starts = {expected_.T_now_map};
     for (int axis = 0; axis < 3; ++axis) {
@@ -255,13 +256,13 @@ class PoseSearch {
     // Views farther away see less of the same: the one that agrees best tells.
     double most = -1.0;
     for (std::size_t k = 0; k < map_.size(); ++k) {
-      constexpr double kFew = 10.0;  // features that say little by themselves
-      const double ratio =
-          static_cast<double>(inliers[k]) / (static_cast<double>(expected[k]) + kFew);
-      if (ratio <= most) continue;
-      most = ratio;
-      evidence.inliers = inliers[k];
-      evidence.expected = std::max(expected[k], inliers[k]);
+      PoseEvidence here;
+      here.inliers = inliers[k];
+      here.expected = std::max(expected[k], inliers[k]);
+      if (here.seenAgain() <= most) continue;
+      most = here.seenAgain();
+      evidence.inliers = here.inliers;
+      evidence.expected = here.expected;
     }
     Random random(Random::kDefaultSeed);
     evidence.off_plane = offPlane(matches, is_inlier, random);
