@@ -26,7 +26,7 @@ struct RealRun {
 
 /// \param inputs       of the real data, or paths
 /// \param with_images  else depth alone
-/// \param with_atlas   as a run that finds poses; estimated are those of the largest component
+/// \param with_atlas   as a run that finds poses; estimated are those of the first component
 inline RealRun runOver(const std::vector<std::string>& inputs, const FrameSelection& selection,
                        const std::string& configuration_file,
                        const std::vector<std::string>& assignments, bool with_images = true,
@@ -54,10 +54,7 @@ inline RealRun runOver(const std::vector<std::string>& inputs, const FrameSelect
   }
   if (with_atlas && pipeline.atlas() != nullptr) {
     pipeline.atlas()->finish();
-    const auto all = pipeline.atlas()->trajectories();
-    auto placed = std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
-                    return a.second.size() < b.second.size();
-                  })->second;
+    auto placed = pipeline.atlas()->trajectories().front().second;
     std::stable_sort(placed.begin(), placed.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     run.skipped += run.estimated.size() - placed.size();
