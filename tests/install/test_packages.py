@@ -140,7 +140,7 @@ def test_bash_completes_commands_options_keys_and_ready_configurations(root):
               "complete_line planar_map atlas s; complete_line planar_map atlas solve --with; complete_line planar_map lo; complete_line planar_map localize --fr")
     lines = run("bash", "-c", script, cwd=root).splitlines()
     assert lines == ["config convert", "--resume", "single_pcd.yaml", "--snapshot", "multi_plane_segmentation.method=", "organized",
-                     "solve split", "--without-loop --with-loop", "localize", "--frames"]
+                     "solve split submap", "--without-loop --with-loop", "localize", "--frames"]
 
 
 def configure(source, folder, root):

@@ -91,7 +91,8 @@ std::string RunAtlas::finish() {
   const auto loops = std::count_if(data.links.begin(), data.links.end(), [](const Link& link) {
     return link.kind == LinkKind::Loop && link.state == LinkState::Used;
   });
-  return "atlas " + std::filesystem::path(store_->path).filename().string() + ": " + std::to_string(data.submaps.size()) + " submaps, " +
+  return "atlas " + std::filesystem::path(store_->path).filename().string() + ": " +
+         std::to_string(data.submaps.size()) + " submaps, " +
          std::to_string(data.keyframes.size()) + " keyframes, " + std::to_string(loops) +
          " loops used";
 }
