@@ -41,12 +41,7 @@ Configuration configurationOf(const LocalizeArguments& arguments) {
   read.configuration = planar_mapping::findConfiguration(ready.name);
   Configuration configuration =
       loadFor(read, "", {"scale=" + nlohmann::json(arguments.scale).dump()});
-  if (arguments.frames.empty()) return configuration;
-  try {
-    configuration.frames = parseFrameSelection(arguments.frames);
-  } catch (const InputError& error) {
-    throw UsageError(std::string("--frames: ") + error.what());
-  }
+  selectFrames(arguments.frames, configuration);
   return configuration;
 }
 

@@ -57,16 +57,7 @@ void findConfiguration(RunArguments& arguments) {
   std::vector<std::string> words = arguments.words;
   words.insert(words.end(), arguments.inputs.begin(), arguments.inputs.end());
   arguments.inputs.clear();
-  for (const std::string& word : words) {
-    if (!isConfigurationName(word)) {
-      arguments.inputs.push_back(word);
-    } else if (arguments.configuration.empty()) {
-      arguments.configuration = word;
-    } else {
-      throw UsageError("run takes one configuration, not '" + arguments.configuration + "' and '" +
-                       word + "'");
-    }
-  }
+  takeWords("run", words, arguments);
   const bool watches = !arguments.watched.empty();
   const bool listens = !arguments.listen.endpoint.empty();
   if (!arguments.inputs.empty() && (watches || listens))
@@ -96,13 +87,7 @@ Configuration configurationOf(const RunArguments& arguments) {
   if (!arguments.origin.empty())
     assignments.push_back("sensor_origin_m=" + toJson(*originOf(arguments)).dump());
   Configuration configuration = loadFor(arguments, arguments.profile, assignments);
-  if (!arguments.frames.empty()) {
-    try {
-      configuration.frames = parseFrameSelection(arguments.frames);
-    } catch (const InputError& error) {
-      throw UsageError(std::string("--frames: ") + error.what());
-    }
-  }
+  selectFrames(arguments.frames, configuration);
   return configuration;
 }
 

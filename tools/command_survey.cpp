@@ -36,27 +36,12 @@ struct SurveyArguments : FrameArguments {
 
 void plan(SurveyArguments& arguments) {
   requireNew(arguments.output, arguments.force);
-  for (const std::string& word : arguments.words) {
-    if (!isConfigurationName(word)) {
-      arguments.inputs.push_back(word);
-    } else if (arguments.configuration.empty()) {
-      arguments.configuration = word;
-    } else {
-      throw UsageError("plan takes one configuration, not '" + arguments.configuration + "' and '" +
-                       word + "'");
-    }
-  }
+  takeWords("plan", arguments.words, arguments);
   if (arguments.inputs.empty()) throw UsageError("plan needs at least one sequence");
   if (arguments.configuration.empty())
     chooseConfiguration(io::Sequence({arguments.inputs.front()}), arguments);
   Configuration configuration = loadFor(arguments, "", {});
-  if (!arguments.frames.empty()) {
-    try {
-      configuration.frames = parseFrameSelection(arguments.frames);
-    } catch (const InputError& error) {
-      throw UsageError(std::string("--frames: ") + error.what());
-    }
-  }
+  selectFrames(arguments.frames, configuration);
   const SurveyPlan made = planSurvey(arguments.inputs, std::move(configuration), arguments.params);
   writeResults([&]() {
     io::writeFileAtomically(arguments.output, toJson(made),

@@ -91,9 +91,28 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
   return configuration;
 }
 
-bool isConfigurationName(const std::string& word) {
-  const std::string extension = std::filesystem::path(word).extension().string();
-  return extension == ".yaml" || extension == ".yml";
+void takeWords(const std::string& command, const std::vector<std::string>& words,
+               FrameArguments& arguments) {
+  for (const std::string& word : words) {
+    const std::string extension = std::filesystem::path(word).extension().string();
+    if (extension != ".yaml" && extension != ".yml") {
+      arguments.inputs.push_back(word);
+    } else if (arguments.configuration.empty()) {
+      arguments.configuration = word;
+    } else {
+      throw UsageError(command + " takes one configuration, not '" + arguments.configuration +
+                       "' and '" + word + "'");
+    }
+  }
+}
+
+void selectFrames(const std::string& selection, Configuration& configuration) {
+  if (selection.empty()) return;
+  try {
+    configuration.frames = parseFrameSelection(selection);
+  } catch (const InputError& error) {
+    throw UsageError(std::string("--frames: ") + error.what());
+  }
 }
 
 void chooseConfiguration(const io::Sequence& sequence, FrameArguments& arguments) {

@@ -42,8 +42,12 @@ void addFrameOptions(CLI::App& command, FrameArguments& arguments);
 Configuration loadFor(const FrameArguments& arguments, const std::string& profile,
                       std::vector<std::string> assignments);
 
-/// Whether a word of the command line is a configuration, not an input.
-bool isConfigurationName(const std::string& word);
+/// Sorts words of the command line into inputs and the configuration. \throws UsageError of two
+void takeWords(const std::string& command, const std::vector<std::string>& words,
+               FrameArguments& arguments);
+
+/// `--frames`; empty = as the configuration has it. \throws UsageError
+void selectFrames(const std::string& selection, Configuration& configuration);
 
 /// Takes the ready configuration for an input, and says what the input is and what was chosen.
 void chooseConfiguration(const io::Sequence& sequence, FrameArguments& arguments);

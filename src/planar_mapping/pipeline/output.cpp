@@ -159,11 +159,8 @@ void OutputDirectory::recover(const std::vector<std::string>& names) const {
 }
 
 void OutputDirectory::write(const std::string& name, std::string_view content) const {
-  try {
-    io::writeFileAtomically(pathOf(name), content, io::Overwrite::Allow);
-  } catch (const IoError& error) {
-    throw OutputError(error.what());
-  }
+  detail::writingResult(
+      [&]() { io::writeFileAtomically(pathOf(name), content, io::Overwrite::Allow); });
 }
 
 void OutputDirectory::commit(const std::vector<OutputFile>& files) const {

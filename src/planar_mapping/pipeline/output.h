@@ -20,6 +20,21 @@ class PLANAR_MAPPING_EXPORT OutputError : public Error {
   ~OutputError() override;
 };
 
+namespace detail {
+
+/// Does what writes a result: what cannot be written is a fault of the output.
+/// \throws OutputError in place of IoError
+template <typename Write>
+auto writingResult(const Write& write) {
+  try {
+    return write();
+  } catch (const IoError& error) {
+    throw OutputError(error.what());
+  }
+}
+
+}  // namespace detail
+
 /// The directory was written to before and --force was not given.
 class PLANAR_MAPPING_EXPORT OutputExistsError : public OutputError {
  public:

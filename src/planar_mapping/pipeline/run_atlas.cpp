@@ -19,16 +19,6 @@ namespace planar_mapping::detail {
 
 namespace {
 
-/// What cannot be written is a fault of the output.
-template <typename Write>
-void writing(const Write& write) {
-  try {
-    write();
-  } catch (const IoError& error) {
-    throw OutputError(error.what());
-  }
-}
-
 /// With what SQLite keeps beside it.
 void removeAtlas(const std::string& path) {
   std::error_code ignored;
@@ -56,9 +46,10 @@ void RunAtlas::open(const RunOptions& options, const std::string& own,
   AtlasData known;
   if (!is_own && std::filesystem::exists(store_->path)) {
     known = loadAtlas(store_->path, pipeline_.configuration().settings.threads);
-    writing([&]() { store_->file = AtlasStore::open(store_->path, AtlasAccess::Write); });
+    writingResult([&]() { store_->file = AtlasStore::open(store_->path, AtlasAccess::Write); });
   } else if (!is_own) {
-    writing([&]() { AtlasStore::create(store_->path); });  // what cannot be written is said at once
+    writingResult(
+        [&]() { AtlasStore::create(store_->path); });  // what cannot be written is said at once
     removeAtlas(store_->path);
   }
   SubmapParams params;
@@ -73,7 +64,7 @@ void RunAtlas::open(const RunOptions& options, const std::string& own,
 void RunAtlas::storeSubmaps() {
   if (pipeline_.atlas() == nullptr) return;
   pipeline_.atlas()->store([this](const AtlasData& added, const AtlasData& solved) {
-    writing([&]() {
+    writingResult([&]() {
       if (!store_->file) {
         removeAtlas(store_->path);
         store_->file = AtlasStore::create(store_->path);

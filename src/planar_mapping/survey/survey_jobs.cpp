@@ -37,19 +37,10 @@ namespace {
 namespace fs = std::filesystem;
 using detail::SurveyJson;
 using detail::SurveyRecord;
+using detail::writingResult;
 
 constexpr const char* kPlanName = "plan.json";
 constexpr const char* kAtlasName = "survey.atlas";
-
-/// What cannot be written is a fault of the output.
-template <typename Write>
-auto writingResult(const Write& write) {
-  try {
-    return write();
-  } catch (const IoError& error) {
-    throw OutputError(error.what());
-  }
-}
 
 SurveyReport reportOf(const std::string& job, const SurveyRecord& record, const SurveyJson& said,
                       bool was_done) {
