@@ -34,6 +34,11 @@ extern "C" void requestStop(int /*number*/) {
   static_cast<void>(ignored);
 }
 
+UsageError secondConfiguration(const std::string& command, const std::string& first,
+                               const std::string& second) {
+  return UsageError(command + " takes one configuration, not '" + first + "' and '" + second + "'");
+}
+
 }  // namespace
 
 bool FrameArguments::wantsBar() const {
@@ -100,8 +105,7 @@ void takeWords(const std::string& command, const std::vector<std::string>& words
     } else if (arguments.configuration.empty()) {
       arguments.configuration = word;
     } else {
-      throw UsageError(command + " takes one configuration, not '" + arguments.configuration +
-                       "' and '" + word + "'");
+      throw secondConfiguration(command, arguments.configuration, word);
     }
   }
 }
