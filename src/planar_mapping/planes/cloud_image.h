@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -15,9 +16,9 @@ namespace planar_mapping::detail {
 struct CloudImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::vector<float> xyz;  ///< of each pixel, row by row; NaN where the cloud has no point
-  Indices points;          ///< the point of the cloud at each pixel, -1 = none
-  Indices pixels;          ///< with a point, ascending
+  std::vector<float> xyz;    ///< of each pixel, row by row; NaN where the cloud has no point
+  Indices points;            ///< the point of the cloud at each pixel, -1 = none
+  std::size_t measured = 0;  ///< pixels with a point
 
   PointsView view() const { return {xyz.data(), width, height, 3}; }
 };

@@ -177,9 +177,11 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   const bool is_automatic = params.method == PlaneSearchMethod::Automatic;
   if (is_automatic && !points.isOrganized() && considered > kMaxSparsePoints) {
     const auto image = detail::imageOf(points, indices, sensor);
-    if (image && chooseMethod(image->view(), params, image->pixels.size(), sensor) !=
+    if (image && chooseMethod(image->view(), params, image->measured, sensor) !=
                      PlaneSearchMethod::Sequential) {
-      PlaneSet set = findPlanes(image->view(), &image->pixels, params, sensor);
+      PlaneSet set = findPlanes(image->view(), nullptr, params, sensor);
+      set.diagnostics.points_considered = considered;
+      set.diagnostics.points_not_measured = considered - image->measured;
       takeInliers(image->points, points.size, set.planes);
       return set;
     }

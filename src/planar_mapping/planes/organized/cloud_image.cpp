@@ -208,9 +208,7 @@ std::optional<CloudImage> imageBy(const Projection& by, const std::vector<Vector
     image.points[place] = pixel.index;
     std::copy_n(points[static_cast<std::size_t>(pixel.index)], 3, image.xyz.data() + 3 * place);
   }
-  for (std::size_t place = 0; place < size; ++place) {
-    if (image.points[place] >= 0) image.pixels.push_back(static_cast<int>(place));
-  }
+  image.measured = pixels.size();
   return image;
 }
 

@@ -304,7 +304,8 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
     // Error of 1 / r; a floor keeps the weights of noise-free clouds finite.
     const double sigma =
         noise_.at(range * range) + params_.smallest_noise_fraction * params_.distance_threshold;
-    const double weight = n * std::pow(range, 4) / (sigma * sigma);
+    const double error = sigma / (range * range);
+    const double weight = n / (error * error);
     const Vector3 direction = ray / range;
     squares += weight * direction * direction.transpose();
     products += weight / range * direction;

@@ -155,6 +155,10 @@ std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pi
       const std::int16_t* labels =
           pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
       const std::int32_t quarter = row * 2 * cloud.columns + column;
+      if (const std::int16_t whole = pixels.wholePlane(tile); whole >= 0) {
+        pieces.push_back({quarter, whole, kQuarterArea});
+        continue;
+      }
       int same = 0;
       for (int k = 0; k < kQuarterArea; ++k) same += labels[k] == labels[0];
       if (same == kQuarterArea) {
@@ -206,23 +210,48 @@ class PieceGrid {
   std::vector<std::int32_t> first_;  ///< piece of each quarter, and one past the last
 };
 
-/// Compares the normals around every piece with that of its plane.
+/// Some quarters, and the fits of what lies around them.
+struct Sample {
+  std::vector<std::int32_t> quarters;
+  std::vector<std::int32_t> place;  ///< of each quarter of the image in quarters, -1 = not in it
+
+  explicit Sample(const Surroundings& surroundings)
+      : place(static_cast<std::size_t>(surroundings.columns) * surroundings.rows, -1) {}
+
+  bool holds(std::int32_t quarter) const { return place[static_cast<std::size_t>(quarter)] >= 0; }
+  void add(std::int32_t quarter) {
+    if (holds(quarter)) return;
+    place[static_cast<std::size_t>(quarter)] = static_cast<std::int32_t>(quarters.size());
+    quarters.push_back(quarter);
+  }
+  const CellFit& of(const std::vector<CellFit>& fits, std::int32_t quarter) const {
+    return fits[static_cast<std::size_t>(place[static_cast<std::size_t>(quarter)])];
+  }
+};
+
+/// Compares the normals around every piece with that of its plane. Inside a plane one quarter of a
+/// tile speaks for all four.
 void compare(const TiledCloud& cloud, const Surroundings& surroundings,
              const std::vector<PlaneCandidate>& planes, const MetricFit& fit, const PieceGrid& grid,
-             std::vector<TilePiece>& pieces) {
+             const PixelAssigner& pixels, std::vector<TilePiece>& pieces) {
   const OrganizedParams& params = fit.params();
-  std::vector<std::int32_t> all;
+  std::vector<std::int32_t> speaker;
+  Sample all(surroundings);
   for (const TilePiece& piece : pieces) {
-    if (all.empty() || all.back() != piece.quarter) all.push_back(piece.quarter);
+    const int row = piece.quarter / surroundings.columns;
+    const int column = piece.quarter % surroundings.columns;
+    const bool inside = pixels.isInside(row / 2 * cloud.columns + column / 2);
+    speaker.push_back(
+        inside ? (row - row % 2) * surroundings.columns + column - column % 2 : piece.quarter);
+    all.add(speaker.back());
   }
-  const std::vector<CellFit> small = surroundings.fits(all, kSmallRadius);
+  const std::vector<CellFit> small = surroundings.fits(all.quarters, kSmallRadius);
   const double min_cosine = std::cos(params.coherent_angle);
   std::vector<Count> counts(planes.size());
-  std::size_t i = 0;
-  for (TilePiece& piece : pieces) {
-    while (all[i] != piece.quarter) ++i;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    TilePiece& piece = pieces[i];
     const auto label = static_cast<std::size_t>(piece.label);
-    piece.near = planes[label].cosine(small[i].normal) >= min_cosine;
+    piece.near = planes[label].cosine(all.of(small, speaker[i]).normal) >= min_cosine;
     piece.wide = piece.agrees = piece.near;
     if (!piece.near) {
       int own = 0;
@@ -237,40 +266,35 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     const Count& count = counts[static_cast<std::size_t>(piece.label)];
     return piece.undecided || count.near >= params.clear_coherent_fraction * count.all;
   };
-  std::vector<std::int32_t> noisy;
-  std::vector<const CellFit*> small_of_noisy;
-  std::vector<double> errors;
-  i = 0;
-  for (const TilePiece& piece : pieces) {
-    while (all[i] != piece.quarter) ++i;
-    if (clear(piece) || (!noisy.empty() && noisy.back() == piece.quarter)) continue;
-    const double error =
-        params.growing_factor * normalError(small[i], fit.noise(), cloud.sensor, params);
-    if (!(error > params.clear_normal_fraction * params.coherent_angle)) continue;
-    noisy.push_back(piece.quarter);
-    small_of_noisy.push_back(&small[i]);
-    errors.push_back(error);
+  const auto error = [&](std::int32_t quarter) {
+    return params.growing_factor *
+           normalError(all.of(small, quarter), fit.noise(), cloud.sensor, params);
+  };
+  Sample noisy(surroundings);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (clear(pieces[i]) || noisy.holds(speaker[i])) continue;
+    if (error(speaker[i]) > params.clear_normal_fraction * params.coherent_angle)
+      noisy.add(speaker[i]);
   }
-  const std::vector<CellFit> wide = surroundings.fits(noisy, kWideRadius);
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.
   const bool white = fit.isWhite();
-  std::size_t j = 0;
-  for (TilePiece& piece : pieces) {
-    while (j < noisy.size() && noisy[j] < piece.quarter) ++j;
-    if (j == noisy.size()) break;
-    if (noisy[j] != piece.quarter || clear(piece)) continue;
+  std::vector<CellFit> wide;
+  if (!white) wide = surroundings.fits(noisy.quarters, kWideRadius);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    TilePiece& piece = pieces[i];
+    if (!noisy.holds(speaker[i]) || clear(piece)) continue;
     if (white) {
       piece.near = piece.wide = piece.agrees = true;
       continue;
     }
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(piece.label)];
-    piece.wide = plane.cosine(wide[j].normal) >= min_cosine;
+    piece.wide = plane.cosine(noisy.of(wide, speaker[i]).normal) >= min_cosine;
     piece.agrees = piece.near || piece.wide;
     if (piece.agrees) continue;
-    const double allowed =
-        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[j]));
-    piece.agrees = plane.cosine(small_of_noisy[j]->normal) >= std::cos(allowed);
+    const double allowed = std::min(params.most_coherent_angle,
+                                    std::max(params.coherent_angle, error(speaker[i])));
+    piece.agrees = plane.cosine(all.of(small, speaker[i]).normal) >= std::cos(allowed);
   }
 }
 
@@ -283,7 +307,7 @@ void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>&
   if (pieces.empty()) return;
   const Surroundings surroundings(cloud, params, threads);
   const PieceGrid grid(pieces, surroundings);
-  compare(cloud, surroundings, planes, fit, grid, pieces);
+  compare(cloud, surroundings, planes, fit, grid, pixels, pieces);
 
   std::vector<Count> counts(planes.size());
   for (const TilePiece& piece : pieces) counts[static_cast<std::size_t>(piece.label)].add(piece);
