@@ -336,6 +336,7 @@ CellGrid tileGrid(const TiledCloud& cloud, int threads) {
 CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                          int threads) {
   CellGrid grid(2 * cloud.columns, 2 * cloud.rows, kQuarterArea);
+  std::fill(grid.sums.begin(), grid.sums.end(), 0.0);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     sumFreeQuarters(cloud.xyz.get(), labels.data(), cloud.columns, static_cast<int>(row),
                     static_cast<std::size_t>(grid.cells()), grid.sums.data());
