@@ -18,7 +18,9 @@ namespace planar_mapping {
 enum class PlaneSearchMethod : std::uint8_t {
   /// By the cloud: MultiRansac up to 5,000 points, then for images that do not look all around
   /// Disparity where the noise is given and the sensor is at the origin and Organized where not,
-  /// else, or where Organized finds none, Sequential. Where that puts less than half of fewer than
+  /// else, or where Organized finds none, Sequential. A list of points seen from the sensor in the
+  /// directions of a camera's pixels or of a scanner's angles is such an image, in whatever order
+  /// the points are. Where Sequential puts less than half of fewer than
   /// 100,000 points on planes and cells of 3 d_T hold fewer than about 11, MultiRansac too; it is
   /// taken where it puts more of them on planes, or Sequential less than a quarter.
   Automatic,

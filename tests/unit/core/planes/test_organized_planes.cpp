@@ -126,12 +126,10 @@ TEST(OrganizedPlanes, AShuffledImageHasItsPlanes) {
 TEST(OrganizedPlanes, AShuffledScanByAnglesIsAnImage) {
   // A corner of two walls and a floor, by azimuth and elevation from x forward.
   std::vector<float> xyz;
-  constexpr int kColumns = 200, kRows = 150;
-  constexpr double kStep = 0.005;
-  for (int i = 0; i < kColumns * kRows; ++i) {
-    const int pixel = static_cast<int>(7919LL * i % (kColumns * kRows));
-    const double azimuth = (pixel % kColumns - kColumns / 2) * kStep;
-    const double elevation = (pixel / kColumns - kRows / 2) * kStep;
+  for (int i = 0; i < 200 * 150; ++i) {
+    const int pixel = static_cast<int>(7919LL * i % (200 * 150));
+    const double azimuth = (pixel % 200 - 100) * 0.005;
+    const double elevation = (pixel / 200 - 75) * 0.005;
     const Vector3 ray(std::cos(elevation) * std::cos(azimuth),
                       std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
     const double range = std::min({3.0 / (ray.x() + 0.5 * ray.y()), 3.0 / (ray.x() - 0.5 * ray.y()),
