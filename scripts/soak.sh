@@ -7,7 +7,8 @@
 # The disturbed run is killed at random moments and resumed; in every other round the frames come
 # from a front-end in another process, which is killed as well; in the others a file is damaged and
 # mended once the run has refused it. Its map has to have the bytes of the undisturbed one. Prints
-# how memory and time a frame of the undisturbed run change from its second to its last quarter.
+# for each kind of scene how time a frame and memory of the undisturbed run change from its second
+# to its last quarter: on the way back, or the second time around in a room, the same is seen again.
 # Ends with code 1 if a map differs or a run cannot be resumed.
 set -euo pipefail
 
@@ -22,10 +23,11 @@ done_frames=0; kills=0; wrong=0; stuck=0; damaged=0; peak=0
 : > "$work/growth"
 finish() {
   awk -v frames="$done_frames" -v kills="$kills" -v damaged="$damaged" -v wrong="$wrong" \
-    -v stuck="$stuck" -v peak="$peak" '{ time += $1; memory += $2 } END {
+    -v stuck="$stuck" -v peak="$peak" '{ n[$1]++; time[$1] += $2; memory[$1] += $3 } END {
       printf "%d frames, %d kills, %d damaged files: %d wrong maps, %d runs that could not be " \
         "resumed; peak memory %d MB", frames, kills, damaged, wrong, stuck, peak / 1024
-      if (NR) printf "; last quarter to second: time a frame %.2f, memory %.2f", time / NR, memory / NR
+      if (NR) printf "; last quarter to second:"
+      for (s in n) printf " %s: time a frame %.2f, memory %.2f;", s, time[s] / n[s], memory[s] / n[s]
       print "" }' "$work/growth"
   rm -rf "$work"
 }
@@ -35,7 +37,7 @@ trap 'exit 130' INT TERM
 pause() { sleep "0.$(printf '%03d' $((RANDOM % 700)))"; }
 results() { cat "$1/map.pmap" "$1/map.json" "$1/trajectory_tum.txt" | sha256sum; }
 
-# Runs without disturbance and watches memory.
+# Runs without disturbance and watches memory. $1 = kind of scene
 undisturbed() {
   "$tool" run "$config" -i "$work/in" -o "$work/whole" -q > "$work/out.txt" 2>&1 &
   local child=$! memory=0
@@ -54,7 +56,7 @@ undisturbed() {
       sort -n | awk '{ v[NR] = $1 } END { print NR ? v[int((NR + 1) / 2)] : 1 }'
   }
   echo "$(quarter "$work/times" 4) $(quarter "$work/times" 2) $(quarter "$work/rss" 4) $(quarter "$work/rss" 2)" |
-    awk '{ print $1 / $2, $3 / $4 }' >> "$work/growth"
+    awk -v scene="$1" '{ print scene, $1 / $2, $3 / $4 }' >> "$work/growth"
 }
 
 # Kills a mapping side, and with $1 = network its front-end, until they have come to the end.
@@ -112,10 +114,11 @@ while [ "$done_frames" -lt "$frames" ]; do
   rm -rf "$work/in" "$work/whole" "$work/out" "$work/victim"
   thin=()
   [ $((RANDOM % 3)) -gt 0 ] || thin=(--plain-share "0.$((RANDOM % 10))" --wrong-matches 0.02)
-  "$tool" simulate "${scenes[$((round % 4))]}" --frames $round_frames --path return --moving --width 80 --height 60 \
+  scene=${scenes[$((round % 4))]}
+  "$tool" simulate "$scene" --frames $round_frames --path return --moving --width 80 --height 60 \
     --noise-px 0.02 --seed "$RANDOM" --yaw-deg "$((RANDOM % 90))" "${thin[@]}" -o "$work/in" -q
   rm "$work/in/scene.json"
-  undisturbed
+  undisturbed "$scene"
   disturbed "$([ $((round / 4 % 2)) -eq 0 ] && echo yes || echo no)"
   if [ ! -e "$work/out/map.pmap" ] || [ "$(results "$work/whole")" != "$(results "$work/out")" ]; then
     wrong=$((wrong + 1))

@@ -8,7 +8,7 @@ using namespace planar_mapping;
 
 namespace {
 
-constexpr double kReach = 1.5;  // metres: small, for many executions
+constexpr double kReach = 1.0;  // metres: small, for many executions
 
 Vector3 anyPlace(fuzz::Input& input) {
   return {input.between(-kReach, kReach), input.between(-kReach, kReach),
@@ -29,7 +29,7 @@ Cuboid anyCuboid(fuzz::Input& input) {
 
 PlanSource anySource(fuzz::Input& input) {
   PlanSource source;
-  source.resolution = input.between(0.05, 0.5);
+  source.resolution = input.between(0.1, 0.5);
   source.unseen = input.flag() ? Unseen::Unknown : Unseen::Free;
   source.knows_sides = input.flag();
   if (input.below(4) == 0) source.up = (anyPlace(input) + Vector3(0, 0, 1e-3)).normalized();
@@ -107,7 +107,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const RobotModel robot = anyRobot(input);
   const PlanSource source = anySource(input);
   std::vector<Plan> plans;
-  if (!fuzz::succeeds([&] { plans = plansOf(source, robot, input.between(0.05, 0.5)); })) return 0;
+  if (!fuzz::succeeds([&] { plans = plansOf(source, robot, input.between(0.1, 0.5)); })) return 0;
   fuzz::require(!plans.empty(), "a plan of anything");
   const bool has_floor = !source.floors.empty() || !source.ground.empty();
   for (const Plan& plan : plans) {

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// A session in which a peer sends what it likes: for each message a byte for who says it and what
-// it is, then its fields. Afterwards a front-end gets its frame through, unless the peer made
-// itself the owner with a valid one.
-#include <atomic>
-#include <future>
+// A session in which peers send what they like: for each message a byte for who says it and what it
+// is, then its fields; between messages a frame may be taken and a connection be lost. Afterwards a
+// front-end gets its frame through, unless a peer made itself the owner with a valid one. Sockets
+// are of tests/unit/transport.
+#include <map>
+#include <set>
 
 #include "fuzz.h"
-#include "planar_mapping/transport/frame_listener.h"
-#include "planar_mapping/transport/message.h"
+#include "planar_mapping/transport/frame_session.h"
 #include "transport_frames.h"
 
 using namespace planar_mapping;
@@ -19,7 +19,6 @@ namespace {
 constexpr int kMaxMessages = 24;
 constexpr std::uint64_t kPeers = 4;  // instances of the peer, from 0 on
 constexpr std::uint64_t kRobot = 99;
-constexpr double kPatience = 10.0;  // seconds, then it hangs
 
 InputDescription inputOf(std::uint64_t frames) {
   InputDescription description;
@@ -43,15 +42,23 @@ Bytes bodyOf(fuzz::Input& input, MessageType type) {
   return {};
 }
 
-void sendAny(fuzz::Input& input, zmq::socket_t& socket) {
+Received messageOf(const std::string& peer, const Bytes& envelope, const Bytes& body) {
+  Received message;
+  message.peer = peer;
+  message.envelope = zmq::message_t(envelope);
+  message.body = zmq::message_t(body);
+  return message;
+}
+
+Received anyMessage(fuzz::Input& input) {
   const std::uint64_t instance = input.below(kPeers);
+  const std::string peer = std::to_string(instance);
   const unsigned how = input.below(8);
   if (how == 0) {  // no message of ours
     const bool has_more = input.flag();
-    socket.send(zmq::buffer(input.text(input.below(64))),
-                has_more ? zmq::send_flags::sndmore : zmq::send_flags::none);
-    if (has_more) socket.send(zmq::buffer(input.text(input.below(64))), zmq::send_flags::none);
-    return;
+    const std::string first = input.text(input.below(64));
+    const std::string more = has_more ? input.text(input.below(64)) : "";
+    return messageOf(peer, Bytes(first.begin(), first.end()), Bytes(more.begin(), more.end()));
   }
   const auto type = static_cast<MessageType>(input.below(8));
   Bytes body = how == 1 ? Bytes() : bodyOf(input, type);
@@ -63,69 +70,78 @@ void sendAny(fuzz::Input& input, zmq::socket_t& socket) {
   } else if (how == 4 && !body.empty()) {
     body.resize(input.number<std::uint16_t>() % body.size());
   }
-  send(socket, "", type, instance, body);
+  return messageOf(peer, envelopeOf(type, instance), body);
 }
 
-/// Whether the listener has handled all that was sent before, or is done.
-bool isHandled(zmq::socket_t& socket, const std::future<std::uint64_t>& taken) {
-  send(socket, "", MessageType::Hello, kRobot, {});
-  for (const auto start = Clock::now(); secondsSince(start) < kPatience;) {
-    if (taken.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return true;
-    poll(socket, socket, 0.005);
-    while (std::optional<Received> received = receive(socket, false)) {
-      received->open();
-      if (received->type == MessageType::Welcome) return true;
-    }
+/// The other ends of a session: what each was told last, and who is gone.
+struct Listeners {
+  std::map<std::string, MessageType> told;
+  std::set<std::string> gone;
+  Sent send(const std::string& peer, MessageType type) {
+    if (gone.count(peer) > 0) return Sent::Unreachable;
+    told[peer] = type;
+    return Sent::Yes;
   }
-  return false;
-}
+};
 
-std::uint64_t takeAll(FrameListener& listener) {
-  std::uint64_t taken = 0;
-  fuzz::succeeds([&] {
-    while (const std::optional<Frame> frame = listener.next()) {
-      fuzz::require(frame->cloud->size() == std::size_t{frame->cloud->width} * frame->cloud->height,
-                    "a cloud of the size it says");
-      ++taken;
-    }
-    listener.close();
-    listener.confirm();
-  });
-  return taken;
+/// How many frames were taken: one, or none.
+int take(FrameSession& session) {
+  const std::optional<Frame> frame = session.takeFrame();
+  if (!frame) return 0;
+  fuzz::require(frame->cloud->size() == std::size_t{frame->cloud->width} * frame->cloud->height,
+                "a cloud of the size it says");
+  return 1;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
-  const std::string address = "ipc://" + fuzz::folder() + "/socket";
-  std::atomic<int> events{0};
+  int events = 0;
   ListenerOptions options;
   options.configuration = "version: 1\n";
-  options.timeout = 2 * kPatience;
   options.max_frame = 65536;
   options.say = [&events](const std::string& text) {
     ++events;
     fuzz::require(text.find('\033') == std::string::npos, "no control characters are shown");
   };
-  FrameListener listener(parseEndpoint(address), options);
-  std::future<std::uint64_t> taken =
-      std::async(std::launch::async, [&listener] { return takeAll(listener); });
+  Listeners listeners;
+  FrameSession session(options, {[&](const std::string& peer, MessageType type,
+                                     const Bytes& /*body*/) { return listeners.send(peer, type); },
+                                 [](zmq::message_t& /*envelope*/) {}});
 
-  zmq::context_t context;
-  zmq::socket_t socket(context, zmq::socket_type::dealer);
-  socket.set(zmq::sockopt::linger, 0);
-  socket.connect(address);
-  for (int i = 0; i < kMaxMessages && input.left() > 0; ++i) sendAny(input, socket);
+  int taken = 0;
+  // As FrameListener: while a frame waits to be taken, no message is read.
+  for (int i = 0; i < kMaxMessages && input.left() > 0 && !session.hasEnded(); ++i) {
+    Received message = anyMessage(input);
+    if (input.below(8) == 0) {
+      listeners.gone.insert(message.peer);
+    } else {
+      listeners.gone.erase(message.peer);
+    }
+    session.take(message);
+    if (session.hasFrame()) taken += take(session);
+  }
   // Whichever of them owns the session ends it.
-  for (std::uint64_t i = 0; i < kPeers; ++i)
-    send(socket, "", MessageType::Bye, i, encode(Bye{ByeReason::Interrupted, ""}));
-  fuzz::require(isHandled(socket, taken), "a peer hears from the listener");
-  send(socket, "", MessageType::Frame, kRobot, frameOf(inputOf(1), 0));
-  send(socket, "", MessageType::End, kRobot, encode(inputOf(1), Count{1}));
-  fuzz::require(taken.wait_for(std::chrono::seconds(10)) == std::future_status::ready,
-                "a session ends");
-  fuzz::require(taken.get() > 0, "a frame gets through");
-  fuzz::require(events <= 100, "bounded reports");
+  for (std::uint64_t i = 0; i < kPeers; ++i) {
+    Received bye = messageOf(std::to_string(i), envelopeOf(MessageType::Bye, i),
+                             encode(Bye{ByeReason::Interrupted, ""}));
+    if (!session.hasEnded()) session.take(bye);
+  }
+  const std::string robot = std::to_string(kRobot);
+  const auto say = [&](MessageType type, const Bytes& body) {
+    Received message = messageOf(robot, envelopeOf(type, kRobot), body);
+    session.take(message);
+  };
+  if (!session.hasEnded()) {
+    say(MessageType::Hello, {});
+    fuzz::require(listeners.told.count(robot) > 0, "a peer hears from the listener");
+    say(MessageType::Frame, frameOf(inputOf(1), 0));
+    taken += take(session);
+    if (!session.hasEnded()) say(MessageType::End, encode(inputOf(1), Count{1}));
+  }
+  fuzz::require(taken > 0, "a frame gets through");
+  session.sayGoodbye(true);
+  fuzz::require(events <= FrameSession::kMaxEvents, "bounded reports");
   return 0;
 }

@@ -129,14 +129,19 @@ std::optional<Received> receive(zmq::socket_t& socket, bool is_router) {
   return received;
 }
 
-Sent send(zmq::socket_t& socket, const std::string& peer, MessageType type, std::uint64_t instance,
-          const Bytes& body) {
+Bytes envelopeOf(MessageType type, std::uint64_t instance) {
   ByteWriter envelope;
   envelope.number(kMagic, "magic");
   envelope.number(kProtocolVersion, "version");
   envelope.number(static_cast<std::uint16_t>(type), "type");
   envelope.number(instance, "instance");
-  std::vector<zmq::const_buffer> parts = {zmq::buffer(envelope.bytes), zmq::buffer(body)};
+  return std::move(envelope.bytes);
+}
+
+Sent send(zmq::socket_t& socket, const std::string& peer, MessageType type, std::uint64_t instance,
+          const Bytes& body) {
+  const Bytes envelope = envelopeOf(type, instance);
+  std::vector<zmq::const_buffer> parts = {zmq::buffer(envelope), zmq::buffer(body)};
   if (!peer.empty()) parts.insert(parts.begin(), zmq::buffer(peer));
   try {
     return zmq::send_multipart(socket, parts, zmq::send_flags::dontwait) ? Sent::Yes

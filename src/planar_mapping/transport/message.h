@@ -289,6 +289,9 @@ class SocketMonitor {
   zmq::socket_t reader_;
 };
 
+/// The first part of a message, which Received::open() reads.
+Bytes envelopeOf(MessageType type, std::uint64_t instance);
+
 enum class Sent { Yes, QueueFull, Unreachable };
 /// Does not wait. \param peer  of a ROUTER; else empty
 Sent send(zmq::socket_t& socket, const std::string& peer, MessageType type, std::uint64_t instance,
