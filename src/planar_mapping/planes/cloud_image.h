@@ -11,8 +11,8 @@
 
 namespace planar_mapping::detail {
 
-/// The image of a camera or a scanner that an unorganized cloud was before its points were taken out
-/// of their rows.
+/// The image of a camera or a scanner that an unorganized cloud was before its points were taken
+/// out of their rows.
 struct CloudImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
@@ -24,9 +24,9 @@ struct CloudImage {
 };
 
 /// The image of a cloud seen from one place, in whatever order its points are: the directions in
-/// which they are seen lie on a lattice, by ratios of two axes to the third (the pixels of a pinhole
-/// camera) or by azimuth and elevation about an axis (a scanner). Nothing where they do not, two
-/// points have one pixel, or few pixels of the image have a point. O(points).
+/// which they are seen lie on a lattice, by ratios of two axes to the third (the pixels of a
+/// pinhole camera) or by azimuth and elevation about an axis (a scanner). Nothing where they do
+/// not, two points have one pixel, or few pixels of the image have a point. O(points).
 /// [ours] \param indices the points that count, or null for all that are measured
 std::optional<CloudImage> imageOf(const PointsView& points, const Indices* indices,
                                   const Vector3& sensor);

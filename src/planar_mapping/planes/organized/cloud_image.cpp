@@ -98,9 +98,9 @@ Lattice latticeOf(std::vector<double>& values) {
   return lattice;
 }
 
-/// Makes the lattice as large as its values need, with the first of them at the place of a tile that
-/// it has in an image whose middle is the axis, as that of most sensors: planes near the limits
-/// depend on the tiles. \return by how much places move
+/// Makes the lattice as large as its values need, with the first of them at the place of a tile
+/// that it has in an image whose middle is the axis, as that of most sensors: planes near the
+/// limits depend on the tiles. \return by how much places move
 int alignToTiles(int first, int last, Lattice& lattice) {
   const double axis = -lattice.start / lattice.step - first;  // from the first value
   const double farthest = std::max(axis, last - first - axis);
@@ -151,8 +151,7 @@ class Rays {
 std::optional<CloudImage> imageBy(const Projection& by, const std::vector<Vector3>& sample,
                                   const Rays& rays, const PointsView& points) {
   double ahead = 0.0;
-  for (const Vector3& ray : sample)
-    ahead += by.by_angles ? ray[(by.along + 1) % 3] : ray[by.along];
+  for (const Vector3& ray : sample) ahead += by.by_angles ? ray[(by.along + 1) % 3] : ray[by.along];
   const double sign = ahead < 0.0 ? -1.0 : 1.0;
   std::array<Lattice, 2> lattices;
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -201,9 +200,8 @@ std::optional<CloudImage> imageBy(const Projection& by, const std::vector<Vector
   image.xyz.assign(3 * size, std::numeric_limits<float>::quiet_NaN());
   image.points.assign(size, -1);
   for (const Pixel& pixel : pixels) {
-    const std::size_t place =
-        static_cast<std::size_t>(pixel.at[1] + moved[1]) * image.width +
-        static_cast<std::size_t>(pixel.at[0] + moved[0]);
+    const std::size_t place = static_cast<std::size_t>(pixel.at[1] + moved[1]) * image.width +
+                              static_cast<std::size_t>(pixel.at[0] + moved[0]);
     if (image.points[place] >= 0) return std::nullopt;
     image.points[place] = pixel.index;
     std::copy_n(points[static_cast<std::size_t>(pixel.index)], 3, image.xyz.data() + 3 * place);

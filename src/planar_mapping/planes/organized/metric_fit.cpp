@@ -199,9 +199,8 @@ RangeNoise noiseOf(const CellFits& windows, int capacity, const Vector3& sensor,
 
 /// Pixels that count as one measurement: how far the means of cells lie off the plane of the 3 x 3
 /// window around them, compared with the noise of single pixels.
-double correlatedPixels(const CellGrid& grid, const CellFits& windows,
-                        const RangeNoise& noise, const Vector3& sensor,
-                        const OrganizedParams& params) {
+double correlatedPixels(const CellGrid& grid, const CellFits& windows, const RangeNoise& noise,
+                        const Vector3& sensor, const OrganizedParams& params) {
   constexpr double kFull = 0.95;    // fraction of a window
   constexpr double kFlat = 1.3;     // residual over noise
   constexpr int kStep = 2;          // windows overlap: every other one tells enough
@@ -245,9 +244,8 @@ CellFits fitCells(const CellGrid& grid, const Vector3& sensor) {
   return fits;
 }
 
-RangeNoise estimateNoise(const CellGrid& tiles, const CellFits& fits,
-                         const CellFits& windows, const Vector3& sensor,
-                         const OrganizedParams& params) {
+RangeNoise estimateNoise(const CellGrid& tiles, const CellFits& fits, const CellFits& windows,
+                         const Vector3& sensor, const OrganizedParams& params) {
   constexpr int kWindowCells = 9;
   // Small windows tell white noise best, wide ones that which is smooth over many pixels.
   RangeNoise white = noiseOf(fits, tiles.capacity, sensor, params);

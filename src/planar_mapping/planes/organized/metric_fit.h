@@ -96,9 +96,8 @@ using CellFits = std::vector<CellFit, Unset<CellFit>>;
 CellFits fitCells(const CellGrid& grid, const Vector3& sensor);
 
 /// Estimates the noise of the sensor from the residuals of tiles and of the windows around them.
-RangeNoise estimateNoise(const CellGrid& tiles, const CellFits& fits,
-                         const CellFits& windows, const Vector3& sensor,
-                         const OrganizedParams& params);
+RangeNoise estimateNoise(const CellGrid& tiles, const CellFits& fits, const CellFits& windows,
+                         const Vector3& sensor, const OrganizedParams& params);
 
 /// Angle by which noise may turn the normal of a window, radians.
 double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,

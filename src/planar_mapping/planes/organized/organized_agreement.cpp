@@ -145,8 +145,8 @@ struct Count {
   }
 };
 
-/// Which planes the pixels of each quarter have, ascending by quarter. Inside a plane one quarter of
-/// a tile speaks for all four.
+/// Which planes the pixels of each quarter have, ascending by quarter. Inside a plane one quarter
+/// of a tile speaks for all four.
 std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pixels) {
   std::vector<TilePiece> pieces;
   pieces.reserve(static_cast<std::size_t>(4) * cloud.tiles());
@@ -283,8 +283,8 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     piece.wide = plane.cosine(noisy.of(wide, piece.speaker).normal) >= min_cosine;
     piece.agrees = piece.near || piece.wide;
     if (piece.agrees) continue;
-    const double allowed = std::min(params.most_coherent_angle,
-                                    std::max(params.coherent_angle, error(piece.speaker)));
+    const double allowed =
+        std::min(params.most_coherent_angle, std::max(params.coherent_angle, error(piece.speaker)));
     piece.agrees = plane.cosine(all.of(small, piece.speaker).normal) >= std::cos(allowed);
   }
 }

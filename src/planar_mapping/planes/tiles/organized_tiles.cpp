@@ -73,8 +73,8 @@ void copyTileRow(const PointsView& points, const float* origin, int tile_row, in
   const std::size_t first = static_cast<std::size_t>(tile_row) * kTileSide * points.width;
   copyTiles(points[first], points.stride, points.stride * points.width, whole, origin, tiles);
   if (whole == columns) return;
-  std::fill(tiles + std::size_t{3} * kTileArea * whole, tiles + std::size_t{3} * kTileArea * columns,
-            kNaN);
+  std::fill(tiles + std::size_t{3} * kTileArea * whole,
+            tiles + std::size_t{3} * kTileArea * columns, kNaN);
   for (int row = 0; row < rows; ++row) {
     for (int column = whole * kTileSide; column < width; ++column) {
       copyPixel(points[first + static_cast<std::size_t>(row) * points.width +
