@@ -54,12 +54,12 @@ void copyTiles(const float* from, std::size_t stride, std::size_t line, int colu
       y += mark;
       z += mark;
       float* to = tiles + std::size_t{3} * kTileArea * column + pixelInTile(row, 0);
-      constexpr std::size_t kHalf = kQuarterSide * sizeof(float);
+      const std::size_t half = kQuarterSide * sizeof(float);
       for (int axis = 0; axis < 3; ++axis) {
         const FloatLanes& all = axis == 0 ? x : (axis == 1 ? y : z);
         const auto* bytes = reinterpret_cast<const char*>(&all);
-        std::memcpy(to + axis * kTileArea, bytes, kHalf);
-        std::memcpy(to + axis * kTileArea + kQuarterArea, bytes + kHalf, kHalf);
+        std::memcpy(to + axis * kTileArea, bytes, half);
+        std::memcpy(to + axis * kTileArea + kQuarterArea, bytes + half, half);
       }
     }
   }
