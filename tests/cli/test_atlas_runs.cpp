@@ -5,6 +5,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
+#include "../unit/atlas/atlas_scene.h"
 #include "planar_mapping/atlas/atlas_store.h"
 #include "simulated_rgbd.h"
 
@@ -247,12 +248,67 @@ TEST_F(AtlasRuns, WrongUsesAreCodeTwo) {
   EXPECT_FALSE(exists("a.atlas"));
 }
 
-/// What --resume does; in one place, since it is the run that decides it.
-TEST_F(AtlasRuns, ResumingARunWithAnAtlasIsRefused) {
-  expectExit(0, run("out", {"--frames", ":2", "--atlas", file_}));
-  const std::string before = read("a.atlas");
-  expectExit(4, run("out", {"--atlas", file_, "--resume"}), "resumed");
-  EXPECT_TRUE(before == read("a.atlas"));
+/// Killed as soon as so many bytes were committed.
+ProgramOptions killedAfter(const std::string& file, std::uintmax_t bytes) {
+  ProgramOptions killed;
+  killed.while_running = [=](pid_t program, const std::string&) {
+    std::error_code none_yet;
+    const auto size = std::filesystem::file_size(file + "-wal", none_yet);
+    if (!none_yet && size > bytes) ::kill(program, SIGKILL);
+  };
+  return killed;
+}
+
+/// A second session that moves what the first one left, killed twice.
+TEST_F(AtlasRuns, AKilledRunIsResumedAsIfNothingHadHappened) {
+  const std::string whole = building();
+  const std::string bytes = read("building.atlas");
+  const std::vector<std::string> more = {"--frames", "12:", "--set",
+                                         "motion_estimation.poses=ignore"};
+  expectExit(0, run("whole", joined(more, {"--atlas", whole})));
+  const std::string file = write("killed.atlas", bytes);
+  std::size_t left = 0;
+  for (const std::uintmax_t size : {150000, 10000}) {
+    const ProgramResult killed =
+        run("out", joined(more, {"--atlas", file, "--resume"}), killedAfter(file, size));
+    ASSERT_EQ(SIGKILL, killed.signal) << killed.err;
+    const AtlasData found = loadAtlas(file);
+    ASSERT_EQ(2u, found.sessions.size());
+    EXPECT_GE(found.submaps.size(), left) << "what was committed stays";
+    left = found.submaps.size();
+  }
+  expectExit(0, run("out", joined(more, {"--atlas", file, "--resume", "-j", "1"})));
+  EXPECT_TRUE(read("whole/map.pmap") == read("out/map.pmap"));
+  EXPECT_TRUE(read("whole/trajectory_tum.txt") == read("out/trajectory_tum.txt"));
+  test::expectSame(loadAtlas(whole), loadAtlas(file));
+  EXPECT_NE(std::string::npos,
+            expectExit(0, run("out", joined(more, {"--atlas", file, "--resume"}))).err.find(
+                "is finished; nothing was done"));
+}
+
+TEST_F(AtlasRuns, AResumedRunKeepsItsOwnAtlasUntilItHasAsMuch) {
+  const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore", "--resume"};
+  expectExit(0, run("whole", found));
+  const std::string file = directory_ / "out/map.atlas";
+  ASSERT_EQ(SIGKILL, run("out", found, killedAfter(file, 400000)).signal);
+  const std::size_t left = loadAtlas(file).submaps.size();
+  ASSERT_GE(left, 2u);
+  ProgramOptions early;
+  early.while_running = [](pid_t program, const std::string& err) {
+    if (err.find("\"done\":6") != std::string::npos) ::kill(program, SIGKILL);
+  };
+  ASSERT_EQ(SIGKILL, run("out", joined(found, {"--progress", "jsonl"}), early).signal);
+  EXPECT_EQ(left, loadAtlas(file).submaps.size());
+  expectExit(0, run("out", found));
+  EXPECT_TRUE(read("whole/map.pmap") == read("out/map.pmap"));
+  test::expectSame(loadAtlas(directory_ / "whole/map.atlas"), loadAtlas(file));
+}
+
+/// Another session is added to those that are there.
+TEST_F(AtlasRuns, ResumingDoesNotReplaceASessionOfAnotherInput) {
+  const std::string file = building();
+  expectExit(0, run("out", {"--frames", "12:", "--atlas", file, "--resume"}));
+  EXPECT_EQ(2u, info(file)["sessions"].size());
 }
 
 TEST_F(AtlasRuns, AFrameIsLocalized) {

@@ -210,9 +210,11 @@ void AtlasBuilder::updateJoined() {
   is_joined_ = true;
 }
 
-bool AtlasBuilder::store(const Write& write) {
+bool AtlasBuilder::store(const Write& write, std::size_t least_frames) {
   const std::size_t whole = data_.submaps.size() - (open_ && !is_over_ ? 1 : 0);
-  if (whole <= stored_) return false;
+  std::size_t frames = 0;
+  for (std::size_t i = earlier_; i < whole; ++i) frames += data_.submaps[i].map->frames();
+  if (whole <= stored_ || frames < least_frames) return false;
   const std::int64_t first = data_.submaps[stored_].id;
   const std::int64_t end = data_.submaps[whole - 1].id + 1;
   AtlasData added;

@@ -87,8 +87,9 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   using Write = std::function<void(const AtlasData& added, const AtlasData& solved)>;
   /// Gives closed submaps that no earlier call gave to \p write, which may throw: then they are
   /// given again.
+  /// \param least_frames  nothing is given as long as the closed submaps have fewer
   /// \return whether there was a submap to give
-  bool store(const Write& write);
+  bool store(const Write& write, std::size_t least_frames = 0);
   /// Nothing follows: the open submap is closed, and map() has each one exactly where the links put
   /// it. Until then one that moved by less than half a cell stays.
   void finish();

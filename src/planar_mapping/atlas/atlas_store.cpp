@@ -26,10 +26,10 @@ using detail::SqliteStatement;
 using detail::SqliteTransaction;
 
 constexpr std::int64_t kApplicationId = 0x504d4154;  // "PMAT"
-constexpr std::int64_t kFormatVersion = 1;
+constexpr std::int64_t kFormatVersion = 2;
 
 /// Poses and maps apart from one another: moving a submap does not write its map again.
-constexpr std::array<const char*, 5> kSchema = {
+constexpr std::array<const char*, 7> kSchema = {
     R"sql(CREATE TABLE sessions (
   id INTEGER PRIMARY KEY,
   source TEXT NOT NULL,
@@ -79,7 +79,38 @@ constexpr std::array<const char*, 5> kSchema = {
   seen_through REAL NOT NULL,
   log_odds REAL NOT NULL,
   residual REAL NOT NULL
+) STRICT)sql",
+    R"sql(CREATE TABLE submaps_before (
+  submap INTEGER PRIMARY KEY REFERENCES submaps,
+  component INTEGER NOT NULL,
+  T_world_submap BLOB NOT NULL
+) STRICT)sql",
+    R"sql(CREATE TABLE links_before (
+  link INTEGER PRIMARY KEY REFERENCES links,
+  state TEXT NOT NULL,
+  residual REAL NOT NULL
 ) STRICT)sql"};
+
+/// A session begins: how it finds the rows of those before it.
+constexpr const char* kRememberBefore =
+    R"sql(DELETE FROM submaps_before;
+INSERT INTO submaps_before SELECT id, component, T_world_submap FROM submaps;
+DELETE FROM links_before;
+INSERT INTO links_before SELECT id, state, residual FROM links;)sql";
+
+/// The newest session goes, and what it has moved goes back.
+std::string takingBack() {
+  const std::string gone =
+      "IN (SELECT id FROM submaps WHERE session = (SELECT max(id) FROM sessions));";
+  return "UPDATE submaps SET component = b.component, T_world_submap = b.T_world_submap "
+         "FROM submaps_before AS b WHERE b.submap = id;"
+         "UPDATE links SET state = b.state, residual = b.residual "
+         "FROM links_before AS b WHERE b.link = id;"
+         "DELETE FROM links WHERE max(from_submap, to_submap) " +
+         gone + "DELETE FROM keyframes WHERE submap " + gone + "DELETE FROM maps WHERE submap " +
+         gone + "DELETE FROM submaps WHERE id " + gone +
+         "DELETE FROM sessions WHERE id = (SELECT max(id) FROM sessions);";
+}
 
 using PoseRows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 using CameraNumbers = std::array<double, 7>;
@@ -487,6 +518,8 @@ void removeLogs(const std::string& path) {
 
 struct AtlasStore::Impl {
   Impl(const std::string& path, SqliteMode mode) : file(path, mode) {}
+  AtlasData read(int threads, AtlasContent content);
+
   SqliteFile file;
 };
 
@@ -517,9 +550,7 @@ AtlasStore AtlasStore::open(const std::string& path, AtlasAccess access) {
   return AtlasStore(std::move(impl));
 }
 
-AtlasData AtlasStore::load(int threads, AtlasContent content) {
-  SqliteFile& file = impl_->file;
-  SqliteTransaction reading(file, "BEGIN");
+AtlasData AtlasStore::Impl::read(int threads, AtlasContent content) {
   AtlasData data;
   try {
     readSessions(file, data);
@@ -530,8 +561,27 @@ AtlasData AtlasStore::load(int threads, AtlasContent content) {
   } catch (const InputError& error) {
     throw IoError(file.path(), std::string("is damaged: ") + error.what());
   }
+  return data;
+}
+
+AtlasData AtlasStore::load(int threads, AtlasContent content) {
+  SqliteTransaction reading(impl_->file, "BEGIN");
+  AtlasData data = impl_->read(threads, content);
   reading.commit();
   return data;
+}
+
+AtlasData AtlasStore::loadWithoutLastSession(int threads) {
+  SqliteTransaction never_committed(impl_->file, "BEGIN IMMEDIATE");
+  impl_->file.execute(takingBack());
+  return impl_->read(threads, AtlasContent::All);
+}
+
+bool AtlasStore::knowsBeforeLastSession() {
+  return impl_->file.number(
+             "SELECT (SELECT count(*) FROM sessions) > 0 AND (SELECT count(*) FROM submaps_before) "
+             "= (SELECT count(*) FROM submaps WHERE session < (SELECT max(id) FROM sessions))") !=
+         0;
 }
 
 std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int threads) {
@@ -541,8 +591,10 @@ std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int thread
   return mapOf(row.blob(0), named("submap", submap), threads);
 }
 
-void AtlasStore::append(const AtlasData& part, const AtlasData& solved) {
+void AtlasStore::append(const AtlasData& part, const AtlasData& solved, Append how) {
   SqliteTransaction transaction(impl_->file, "BEGIN IMMEDIATE");
+  if (how == Append::InPlaceOfLastSession) impl_->file.execute(takingBack());
+  if (!part.sessions.empty()) impl_->file.execute(kRememberBefore);
   insertAll(impl_->file, part);
   updateRows(impl_->file, solved);
   transaction.commit();
