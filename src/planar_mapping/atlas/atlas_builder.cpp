@@ -109,14 +109,12 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   if (track.last_frame) {
     const Pose step = seen.T_track_sensor.inverse() * *track.last_frame;
     path_ += step.translation().norm();
-    const Matrix6 moved = adjoint(step);
-    track.drift = moved * track.drift * moved.transpose();
+    track.drift = turnedCovariance(step, track.drift);
     track.drift.diagonal() += varianceOf(step, !seen.drift);
     if (seen.drift) track.drift += *seen.drift;
   }
   if (is_entering_) {
-    const Matrix6 A = adjoint(seen.T_track_sensor);
-    data_.links.back().covariance = A * track.drift * A.transpose();
+    data_.links.back().covariance = turnedCovariance(seen.T_track_sensor, track.drift);
     track.drift.setZero();
     is_entering_ = false;
   }

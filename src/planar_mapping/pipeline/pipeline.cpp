@@ -210,7 +210,6 @@ void Pipeline::runMotion(Frame& frame) {
   if (frame.skip_reason.empty() && frame.track != 0 && !keepsAtlas())
     frame.skip_reason = "nothing tells where it is among the frames before; an atlas keeps it";
   countFeatures(frame.key_features, frame.features, frame.matches);
-  if (frame.pose_taken && !usesKeyFeatures(frame, sensing_size_)) frame.key_features.clear();
 }
 
 void Pipeline::runMapping(Frame& frame) {
