@@ -111,6 +111,42 @@ TEST_F(AtlasRuns, ASessionElsewhereStaysAComponentOfItsOwn) {
   EXPECT_TRUE(first == read("again.pmap"));
 }
 
+TEST_F(AtlasRuns, MergedAtlasesAreLinkedWhereBothHaveBeen) {
+  const std::string first = building(), second = directory_ / "b.atlas";
+  expectExit(0, run("second", {"--frames", "12:", "--atlas", second}));
+  const std::string both = directory_ / "both.atlas";
+  const ProgramResult merged =
+      expectExit(0, planarMap({"atlas", "merge", first, second, "-o", both}));
+  EXPECT_NE(std::string::npos, merged.out.find(" between them, 1 component\n")) << merged.out;
+  const Json found = info(both);
+  ASSERT_EQ(1u, found["components"].size());
+  const std::size_t loops = found["links"]["loop"];
+  EXPECT_GE(loops, info(first)["links"]["loop"].get<std::size_t>() +
+                       info(second)["links"]["loop"].get<std::size_t>() + 5);
+  // In one world: where the simulated camera was.
+  expectExit(0, planarMap({"atlas", "export", both, directory_ / "both.txt"}));
+  const std::vector<io::StampedPose> poses = io::readTumPoses(directory_ / "both.txt");
+  ASSERT_EQ(kFrames, poses.size());
+  for (std::size_t i = 0; i < kFrames; ++i)
+    EXPECT_LT(
+        (poses[i].pose.translation() - room().poses[i].pose.translation()).norm(), 0.02) << i;
+}
+
+TEST_F(AtlasRuns, CellsAreThoseOfTheAtlasOrTheRunIsRefusedAtOnce) {
+  const std::string file = building();
+  const std::string before = read("building.atlas");
+  const double side = loadAtlas(file).submaps[0].map->params().approximation.resolution;
+  const std::string key = "planar_cuboid_approximation.resolution_m=";
+  const ProgramResult refused =
+      run("out", {"--frames", "12:", "--atlas", file, "--set", key + std::to_string(2.0 * side)});
+  expectExit(4, refused, file + ": submap 0 has cells of ");
+  EXPECT_TRUE(before == read("building.atlas"));
+  EXPECT_FALSE(exists("out/map.pmap"));
+  // A wall at arm's length alone would get smaller cells.
+  expectExit(0, run("auto", {"--frames", "12:", "--atlas", file, "--set", key + "auto"}));
+  EXPECT_EQ(side, loadAtlas(file).submaps.back().map->params().approximation.resolution);
+}
+
 TEST_F(AtlasRuns, ARunThatFindsPosesKeepsItsAtlasBesideTheMap) {
   const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore", "--force"};
   expectExit(0, run("one", joined(found, {"-j", "1"})));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
 #include "planar_mapping/atlas/pose_graph.h"
@@ -54,6 +55,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
                            AtlasSession session, AtlasData known)
     : params_(params), map_params_(map), data_(std::move(known)) {
   params_.validate();
+  requireFits(data_, map_params_);
   session.id = detail::nextId(data_.sessions);
   session_ = session.id;
   data_.sessions.push_back(std::move(session));

@@ -40,7 +40,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// \param map      of each submap
   /// \param session  its id is given here
   /// \param known    earlier sessions, which this one may find itself in; empty = none
-  /// \throws ParameterError
+  /// \throws ParameterError; InputError if maps of earlier sessions do not fit: requireFits()
   AtlasBuilder(const SubmapParams& params, const PlanarMapParams& map, AtlasSession session,
                AtlasData known = {});
 
@@ -74,7 +74,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
 
   /// All submaps that links join with the first of this session, as one map. Valid until the next
   /// call of mapForNext().
-  /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
+  /// \throws InputError if an earlier session has another vertical (PlanarMap::merge())
   const PlanarMap& map();
   using Trajectory = std::vector<std::pair<double, Pose>>;  ///< time stamps, T_world_sensor
   /// Frames of this session by component, that of the first one first; each in the order of maps.

@@ -90,7 +90,8 @@ void RunAtlas::open(const RunOptions& options, const std::string& own,
   }
   SubmapParams params;
   params.frames = options.submap_frames;
-  pipeline_.keepAtlas(params, std::move(session), std::move(known).value_or(AtlasData()));
+  pipeline_.keepAtlas(params, std::move(session), std::move(known).value_or(AtlasData()),
+                      store_->path);
 }
 
 void RunAtlas::storeSubmaps() {
