@@ -100,6 +100,7 @@ TEST(JoinedMap, JoinsOnlyWhatIsNew) {
 TEST(JoinedMap, ALastOneThatGrowsIsJoinedAlone) {
   JoinedMap joined;
   for (int id = 0; id < 3; ++id) joined.set(id, submapOf(2 * id, 2 * id + 2), motion(0.31 * id));
+  joined.map();
   const auto expectAsAnew = [&](int last, int frames) {
     JoinedMap anew;
     for (int id = 0; id <= last; ++id)
@@ -118,12 +119,13 @@ TEST(JoinedMap, ALastOneThatGrowsIsJoinedAlone) {
   EXPECT_EQ(1u, joinedAfter(3, 1));
   EXPECT_EQ(1u, joinedAfter(3, 2));
   EXPECT_EQ(1u, joinedAfter(4, 1));
-  EXPECT_EQ(1u, joinedAfter(4, 2));
+  EXPECT_EQ(2u, joinedAfter(4, 2));  // and the one before it, which does not any more
+  EXPECT_EQ(1u, joinedAfter(4, 1));
   EXPECT_TRUE(joined.move(1, motion(0.0, 0.1)));
   joined.map();
   EXPECT_EQ(5u, joined.lastJoined());
-  expectAsAnew(4, 2);
-  EXPECT_EQ(1u, joinedAfter(4, 1));
+  expectAsAnew(4, 1);
+  EXPECT_EQ(1u, joinedAfter(4, 2));
   joined.remove(0);
   joined.map();
   EXPECT_EQ(4u, joined.lastJoined());
