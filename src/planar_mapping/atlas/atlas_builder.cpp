@@ -6,8 +6,10 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
+#include "planar_mapping/atlas/plane_links.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
@@ -54,6 +56,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
                            AtlasSession session, AtlasData known)
     : params_(params), map_params_(map), data_(std::move(known)) {
   params_.validate();
+  requireFits(data_, map_params_);
   session.id = detail::nextId(data_.sessions);
   session_ = session.id;
   data_.sessions.push_back(std::move(session));
@@ -76,6 +79,7 @@ void AtlasBuilder::begin(std::size_t track) {
   next.session = session_;
   next.component = next.id;
   if (open_) {
+    findPlaneLinks();
     closed_bytes_ += open_->memoryBytes();
     const Submap& last = data_.submaps.back();
     joined_.set(static_cast<std::int32_t>(last.id), last.map, last.T_world_submap);
@@ -109,14 +113,12 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   if (track.last_frame) {
     const Pose step = seen.T_track_sensor.inverse() * *track.last_frame;
     path_ += step.translation().norm();
-    const Matrix6 moved = adjoint(step);
-    track.drift = moved * track.drift * moved.transpose();
+    track.drift = turnedCovariance(step, track.drift);
     track.drift.diagonal() += varianceOf(step, !seen.drift);
     if (seen.drift) track.drift += *seen.drift;
   }
   if (is_entering_) {
-    const Matrix6 A = adjoint(seen.T_track_sensor);
-    data_.links.back().covariance = A * track.drift * A.transpose();
+    data_.links.back().covariance = turnedCovariance(seen.T_track_sensor, track.drift);
     track.drift.setZero();
     is_entering_ = false;
   }
@@ -166,10 +168,50 @@ void AtlasBuilder::linkTrack(const JoinedSubmap& joined) {
   tracks_.erase(other);
 }
 
+/// From the submap that is closed to earlier ones of its track that it overlaps.
+void AtlasBuilder::findPlaneLinks() {
+  if (getenv("PM_PLANES") == nullptr) return;
+  const bool only_neighbours = getenv("PM_PLANES")[0] == 'n';
+  const Submap& closed = data_.submaps.back();
+  const auto boxOf = [](const Submap& submap) {
+    Vector3 low, high;
+    Eigen::AlignedBox3d box;
+    if (!submap.map->bounds(low, high)) return box;
+    for (int corner = 0; corner < 8; ++corner)
+      box.extend(submap.T_world_submap *
+                 Eigen::AlignedBox3d(low, high).corner(
+                     static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+    return box;
+  };
+  const Eigen::AlignedBox3d own = boxOf(closed);
+  Matrix6 covariance = Matrix6::Zero();
+  std::int64_t at = closed.id;
+  std::vector<Link> found;
+  for (auto link = data_.links.rbegin(); link != data_.links.rend(); ++link) {
+    if (link->kind != LinkKind::Neighbour || link->to_submap != at) continue;
+    covariance += link->covariance;
+    at = link->from_submap;
+    const Submap& earlier = detail::rowOf(data_.submaps, at);
+    if (!own.intersects(boxOf(earlier))) continue;
+    const Pose T = closed.T_world_submap.inverse() * earlier.T_world_submap;
+    std::optional<Link> one = planeLink(earlier, closed, T, covariance);
+    if (one) found.push_back(*one);
+    if (only_neighbours) break;
+  }
+  if (found.empty()) return;
+  for (Link& link : found) {
+    link.id = detail::nextId(data_.links);
+    data_.links.push_back(link);
+  }
+  solvePoseGraph(data_);
+  fprintf(stderr, "plane links of %d: %zu, first planes %zu of %zu\n", int(closed.id), found.size(), found[0].evidence.inliers, found[0].evidence.matches);
+}
+
 /// \return how many were added at the end of the links
 std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
   std::size_t found = 0;
   std::vector<std::int64_t> neighbours;
+  if (getenv("PM_NEIGHBOURS") == nullptr)
   for (const Link& link : data_.links)
     if (link.kind == LinkKind::Neighbour && link.to_submap == key.submap)
       neighbours.push_back(link.from_submap);
@@ -182,6 +224,7 @@ std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
 }
 
 void AtlasBuilder::finish() {
+  if (open_) findPlaneLinks();
   is_over_ = true;
   is_joined_ = false;
 }
@@ -210,9 +253,11 @@ void AtlasBuilder::updateJoined() {
   is_joined_ = true;
 }
 
-bool AtlasBuilder::store(const Write& write) {
+bool AtlasBuilder::store(const Write& write, std::size_t least_frames) {
   const std::size_t whole = data_.submaps.size() - (open_ && !is_over_ ? 1 : 0);
-  if (whole <= stored_) return false;
+  std::size_t frames = 0;
+  for (std::size_t i = earlier_; i < whole; ++i) frames += data_.submaps[i].map->frames();
+  if (whole <= stored_ || frames < least_frames) return false;
   const std::int64_t first = data_.submaps[stored_].id;
   const std::int64_t end = data_.submaps[whole - 1].id + 1;
   AtlasData added;
