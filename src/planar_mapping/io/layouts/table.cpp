@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The layouts of folders that are read.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/layouts/layout.h"
 #include "planar_mapping/io/text_lines.h"
 
@@ -18,6 +20,9 @@ void listCloudFiles(const std::string& folder, const SequenceOptions& options,
                     Description& description);
 void addOwnPoses(const std::string& folder, const SequenceOptions& options,
                  Description& description);
+
+/// Frames that a description stands for.
+void listMade(const std::string& folder, const SequenceOptions& options, Description& description);
 
 struct Layout {
   const char* name;
@@ -71,7 +76,13 @@ constexpr Layout kLayouts[] = {{"KITTI odometry",
                                 SequenceKind::Rgbd,
                                 listPosedFrames,
                                 calibratePosedFrames,
-                                nullptr}};
+                                nullptr},
+                               {"simulation",
+                                {"simulation.json"},
+                                SequenceKind::Rgbd,
+                                listMade,
+                                nullptr,
+                                addOwnPoses}};
 /// What the others are not.
 constexpr Layout kNative = {"sequence folder",
                             {"clouds/", "left/", "right/", "depth/", "calib.yaml"},
@@ -182,6 +193,17 @@ void listNative(const std::string& folder, const SequenceOptions& options,
       listStereo(folder, "left", "right", description);
       break;
   }
+}
+
+void listMade(const std::string& folder, const SequenceOptions&, Description& description) {
+  const std::string file = joined(folder, "simulation.json");
+  try {
+    const std::size_t frames = nlohmann::json::parse(readWholeText(file)).at("frames");
+    description.frames.assign(frames, {file, {}, {}, {}});
+  } catch (const nlohmann::json::exception&) {
+    throw IoError(file, "is no description of a simulation, or damaged");
+  }
+  description.is_made = description.has_color = true;
 }
 
 void addOwnPoses(const std::string& folder, const SequenceOptions& options,
