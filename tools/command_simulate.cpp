@@ -48,7 +48,8 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       .add_option(
           "--write", arguments.content,
           "clouds: measured clouds; images: rectified pairs with the truth of their pixels; "
-          "both: images, and the clouds in DIR/measured; description: nothing but what RGB-D frames "
+          "both: images, and the clouds in DIR/measured; description: nothing but what RGB-D "
+          "frames "
           "are made from by whoever reads DIR")
       ->transform(CLI::IsMember({"clouds", "images", "both", "description"}, CLI::ignore_case))
       ->option_text("clouds|images|both|description [clouds]");

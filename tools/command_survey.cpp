@@ -171,10 +171,10 @@ void addSurveyCommands(CLI::App& atlas) {
   const auto addSurvey = [&](CLI::App* command) {
     command->add_option("folder", arguments->plan, "Folder of the survey")->required();
   };
-  auto* looking =
-      add("places", "Job: which pieces look alike, once all are mapped", [](SurveyArguments& given) {
-        tell(SurveyJobs(given.plan).places(given.allow_missing), given.json);
-      });
+  auto* looking = add("places", "Job: which pieces look alike, once all are mapped",
+                      [](SurveyArguments& given) {
+                        tell(SurveyJobs(given.plan).places(given.allow_missing), given.json);
+                      });
   addSurvey(looking);
   addMissing(looking);
 
@@ -193,9 +193,10 @@ void addSurveyCommands(CLI::App& atlas) {
   addJobOptions(tiling);
   addThreads(tiling);
 
-  auto* joining = add("join", "Job: one map of a survey that was solved", [](SurveyArguments& given) {
-    tell(SurveyJobs(given.plan).join(given.output, given.component, given.threads), given.json);
-  });
+  auto* joining =
+      add("join", "Job: one map of a survey that was solved", [](SurveyArguments& given) {
+        tell(SurveyJobs(given.plan).join(given.output, given.component, given.threads), given.json);
+      });
   addSurvey(joining);
   joining->add_option("-o,--output", arguments->output, "Map to write (*.pmap)")->required();
   joining->add_option("--component", arguments->component,

@@ -136,8 +136,9 @@ TEST_F(Survey, FramesOfABuildingAreMadeByTheJobThatMapsThem) {
   expectExit(0, planarMap({"run", "--plan", plan_, "-o", directory_ / "one", "-q"}));
   doJobs(6);
   expectSameFolders("out", "one");
-  EXPECT_EQ(24, Json::parse(planarMap({"info", out_ + "/map.pmap", "--json"}).out)["frames"].get<int>() +
-                    Json::parse(read("out/survey.json"))["components"].size() - 1);
+  EXPECT_EQ(
+      24, Json::parse(planarMap({"info", out_ + "/map.pmap", "--json"}).out)["frames"].get<int>() +
+              Json::parse(read("out/survey.json"))["components"].size() - 1);
   write("building/walk_0/simulation.json", "{");
   expectExit(4, submap(5), "");
   expectExit(4, plan({folder + "/walk_0"}), "is no description of a simulation, or damaged");
@@ -177,7 +178,8 @@ TEST_F(Survey, AJobThatIsDoneIsSkippedAndOneCutShortIsDoneAgain) {
   EXPECT_NE(std::string::npos, expectExit(0, submap(1)).out.find("done before"));
   EXPECT_EQ(time, fs::last_write_time(out_ + "/piece_1.atlas"));
   const std::string map = read("out/map.pmap");
-  for (const char* name : {"piece_1.atlas", "places.json", "links_2.json", "survey.atlas", "map.pmap"}) {
+  for (const char* name :
+       {"piece_1.atlas", "places.json", "links_2.json", "survey.atlas", "map.pmap"}) {
     const std::string whole = read(std::string("out/") + name);
     write(std::string("out/") + name, whole.substr(0, whole.size() / 2));
     doJobs(3);
@@ -192,7 +194,7 @@ TEST_F(Survey, WhatIsMissingIsNamedAndMayBeLeftOut) {
   expectExit(4, job({"solve", out_}), "piece 2 (");
   expectExit(4, job({"join", out_, "-o", out_ + "/map.pmap"}), "atlas solve comes first");
   expectExit(4, job({"places", out_}), "piece 2 (");
-  expectExit(4, links(3), "places.json");
+  expectExit(4, links(3), "has no places.json: planar_map atlas places comes first");
   expectExit(0, job({"places", out_, "--allow-missing"}));
   expectExit(4, job({"solve", out_}), "piece 2 (");
   expectExit(0, job({"links", plan_, "3", "-o", out_, "--allow-missing"}));
@@ -217,7 +219,8 @@ TEST_F(Survey, SequencesThatDoNotFitAreRefusedBeforeAnyWork) {
   fs::copy(walk().path(), other, fs::copy_options::recursive);
   write("other/calib.yaml", read("other/calib.yaml") + "depth_along: ray\n");
   expectExit(4, plan({walk().path(), other}), "its calibration is not that of");
-  expectExit(4, plan({walk().path(), building({})}), "its calibration is not that of");  // 160 x 120
+  expectExit(4, plan({walk().path(), building({})}),
+             "its calibration is not that of");  // 160 x 120
   expectExit(4, plan({walk().path(), directory_ / "none"}), "none: no such file");
   expectExit(4, plan({walk().path(), room()}), "room.pcd: ");
   expectExit(2, plan({"a.yaml", "b.yaml", walk().path()}), "one configuration");

@@ -51,12 +51,12 @@ std::string SurveyJobs::pieceOf(std::size_t piece, const char* end) const {
   return pathOf("piece_" + std::to_string(piece) + "." + end);
 }
 
-/// The record of solve(). \throws InputError if it was not called
-std::string SurveyJobs::requireSolved() const {
+/// A record. \throws InputError if its job was not done
+std::string SurveyJobs::requireDone(const std::string& name, const char* job) const {
   std::error_code ignored;
-  if (!fs::exists(pathOf("survey.json"), ignored))
-    throw InputError(folder_ + ": has no survey.atlas: planar_map atlas solve comes first");
-  return pathOf("survey.json");
+  if (!fs::exists(pathOf(name), ignored))
+    throw InputError(folder_ + ": has no " + name + ": planar_map atlas " + job + " comes first");
+  return pathOf(name);
 }
 
 /// Whether a piece has been mapped. \throws InputError if it has not, and may not be left out

@@ -55,8 +55,8 @@ class PLANAR_MAPPING_EXPORT SurveyJobs {
   /// Tiles of all components, once solve() is done; none where the plan asks for one map.
   std::size_t tileCount() const;
   /// A part of a map larger than memory: map_X_Y.pmap in tiles_C, C the number of the component.
-  /// Only the submaps that reach into it or the next ones are loaded. io::loadMap() opens the folder
-  /// as one map.
+  /// Only the submaps that reach into it or the next ones are loaded. io::loadMap() opens the
+  /// folder as one map.
   SurveyReport tile(std::size_t number, int threads = 1) const;
   /// One map of a component, that of the first submap where none is said. Submaps are joined by a
   /// binary tree over their numbers; memory is that of the map.
@@ -66,7 +66,7 @@ class PLANAR_MAPPING_EXPORT SurveyJobs {
  private:
   std::string pathOf(const std::string& name) const;
   std::string pieceOf(std::size_t piece, const char* end) const;
-  std::string requireSolved() const;
+  std::string requireDone(const std::string& name, const char* job) const;
   bool hasPiece(std::size_t piece, bool allow_missing) const;
 
   std::string folder_;

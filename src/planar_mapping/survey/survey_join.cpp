@@ -58,7 +58,7 @@ SurveyReport SurveyJobs::join(const std::string& map, std::optional<std::int64_t
       absolute.parent_path() == fs::absolute(pathOf("")).lexically_normal().parent_path();
   const std::string target = is_here ? absolute.filename().string() : absolute.string();
   const SurveyJson read = {{"files", 1},
-                           {"survey", detail::fileRecord(requireSolved())},
+                           {"survey", detail::fileRecord(requireDone("survey.json", "solve"))},
                            {"map", target},
                            {"component", component ? SurveyJson(*component) : SurveyJson()}};
   const SurveyRecord record(pathOf("map.json"), plan_.checksum, read);
@@ -80,12 +80,12 @@ SurveyReport SurveyJobs::join(const std::string& map, std::optional<std::int64_t
 }
 
 std::size_t SurveyJobs::tileCount() const {
-  const SurveyJson solved = detail::readRecord(requireSolved(), plan_.checksum);
+  const SurveyJson solved = detail::readRecord(requireDone("survey.json", "solve"), plan_.checksum);
   return solved.contains("tiles") ? solved.at("tiles").size() : 0;
 }
 
 SurveyReport SurveyJobs::tile(std::size_t number, int threads) const {
-  const SurveyJson solved = detail::readRecord(requireSolved(), plan_.checksum);
+  const SurveyJson solved = detail::readRecord(requireDone("survey.json", "solve"), plan_.checksum);
   const std::size_t count = solved.contains("tiles") ? solved.at("tiles").size() : 0;
   if (number >= count)
     throw InputError("there is no tile " + std::to_string(number) + ": the survey has " +
@@ -109,8 +109,7 @@ SurveyReport SurveyJobs::tile(std::size_t number, int threads) const {
       const std::int32_t id = row.at(0);
       joined.set(id, store.map(id, threads), detail::poseOf(row.at(2)));
     }
-    const PlanarMap part =
-        tileOf(joined.map(), side, static_cast<int>(x), static_cast<int>(y));
+    const PlanarMap part = tileOf(joined.map(), side, static_cast<int>(x), static_cast<int>(y));
     writingResult([&]() {
       std::error_code error;
       fs::create_directories(folder, error);

@@ -94,7 +94,7 @@ SurveyReport SurveyJobs::links(std::size_t piece, bool allow_missing) const {
     throw InputError("links are looked for between a piece and earlier ones: there is no piece " +
                      std::to_string(piece) + " with earlier ones among " +
                      detail::counted(plan_.pieces.size(), "piece"));
-  const SurveyJson said = detail::readRecord(pathOf(kPlacesName), plan_.checksum);
+  const SurveyJson said = detail::readRecord(requireDone(kPlacesName, "places"), plan_.checksum);
   std::vector<std::size_t> pieces = said.at("alike").at(piece);
   if (hasPiece(piece, allow_missing)) pieces.push_back(piece);
   SurveyJson read = SurveyJson::array();
@@ -108,8 +108,8 @@ SurveyReport SurveyJobs::links(std::size_t piece, bool allow_missing) const {
     AtlasData all;
     std::vector<PieceRows> rows;
     for (const std::size_t one : pieces)
-      rows.push_back(detail::addPiece(
-          all, loadAtlas(pieceOf(one, "atlas"), 1, AtlasContent::WithoutMaps)));
+      rows.push_back(
+          detail::addPiece(all, loadAtlas(pieceOf(one, "atlas"), 1, AtlasContent::WithoutMaps)));
     // Neighbours are not asked for loops.
     const std::size_t own = pieces.size() - 1;
     std::optional<Link> tie;

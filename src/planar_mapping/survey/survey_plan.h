@@ -34,7 +34,8 @@ struct SurveyPiece {
   std::uint32_t stamp = 0;  ///< CRC-32 of their names, sizes and times
 };
 
-/// One survey as jobs: which frames are mapped together. It follows from the inputs and the configuration, not from who does the jobs.
+/// One survey as jobs: which frames are mapped together. It follows from the inputs and the
+/// configuration, not from who does the jobs.
 struct PLANAR_MAPPING_EXPORT SurveyPlan {
   std::string program;        ///< version of the one that made it
   std::string configuration;  ///< YAML with the seed, without inputs; what was `auto` is resolved

@@ -145,13 +145,12 @@ SurveyReport reportOf(const std::string& job, const SurveyRecord& record, const 
                       bool was_done) {
   const SurveyJson& read = said.at("read");
   const std::size_t files = read.is_array() ? read.size() : read.at("files").get<std::size_t>();
-  const SurveyJson wrote =
-      said.contains("wrote") ? said.at("wrote") : fileRecord(record.path());
+  const SurveyJson wrote = said.contains("wrote") ? said.at("wrote") : fileRecord(record.path());
   return {was_done,
-          job + ": read " + counted(files, "file") + ", CRC-32 " +
-              checksumText(read.dump()) + "; " + (was_done ? "done before: " : "wrote ") +
-              wrote.at("file").get<std::string>() + ", " + wrote.at("bytes").dump() +
-              " bytes, CRC-32 " + wrote.at("crc32").get<std::string>(),
+          job + ": read " + counted(files, "file") + ", CRC-32 " + checksumText(read.dump()) +
+              "; " + (was_done ? "done before: " : "wrote ") + wrote.at("file").get<std::string>() +
+              ", " + wrote.at("bytes").dump() + " bytes, CRC-32 " +
+              wrote.at("crc32").get<std::string>(),
           said.dump(1)};
 }
 
@@ -176,8 +175,8 @@ std::optional<Link> tieBetween(const SurveyJson& piece, const SurveyJson& next) 
   link.kind = LinkKind::Neighbour;
   link.from_submap = end.at("submap");
   link.to_submap = next.at("begin").at("submap");
-  link.T_to_from = poseOf(next.at("begin").at("T_session_frame")) *
-                   poseOf(end.at("T_session_frame")).inverse();
+  link.T_to_from =
+      poseOf(next.at("begin").at("T_session_frame")) * poseOf(end.at("T_session_frame")).inverse();
   const Matrix6 A = adjoint(link.T_to_from);
   const Matrix6 moved = A * matrixOf(end.at("covariance")) * A.transpose();
   link.covariance = 0.5 * (moved + moved.transpose());

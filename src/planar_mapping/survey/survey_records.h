@@ -69,8 +69,8 @@ SurveyJson readRecord(const std::string& path, std::uint32_t plan);
 
 /// Where the rows of a piece begin and end in one atlas of several.
 struct PieceRows {
-  std::int64_t submap = 0;    ///< number of its first
-  std::int64_t keyframe = 0;  ///< likewise
+  std::int64_t submap = 0;                       ///< number of its first
+  std::int64_t keyframe = 0;                     ///< likewise
   std::size_t first_submap = 0, end_submap = 0;  ///< in the list
   std::size_t first_keyframe = 0, end_keyframe = 0;
   std::size_t first_link = 0, end_link = 0;

@@ -40,8 +40,8 @@ void addLink(AtlasData& all, Link link, const PieceRows& from, const PieceRows& 
   all.links.push_back(std::move(link));
 }
 
-/// Which submaps reach into which tiles: rows of number, component, pose and the first and last tile
-/// along x and y.
+/// Which submaps reach into which tiles: rows of number, component, pose and the first and last
+/// tile along x and y.
 class Tiles {
  public:
   /// \param side  metres, see tileSide(); 0 = no tiles
@@ -53,8 +53,8 @@ class Tiles {
     const Eigen::AlignedBox3d reach = reachOf(*submap.map).transformed(submap.T_world_submap);
     if (reach.isEmpty()) return;
     const auto at = [this](double x) { return static_cast<int>(std::floor(x / side_)); };
-    const std::array<int, 4> range = {at(reach.min().x()), at(reach.min().y()),
-                                      at(reach.max().x()), at(reach.max().y())};
+    const std::array<int, 4> range = {at(reach.min().x()), at(reach.min().y()), at(reach.max().x()),
+                                      at(reach.max().y())};
     rows_.push_back(
         {submap.id, submap.component, detail::toJson(submap.T_world_submap), SurveyJson(range)});
     for (int x = range[0]; x <= range[2]; ++x)
