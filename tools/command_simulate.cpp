@@ -74,7 +74,7 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command
       .add_option("--odometry-drift", arguments.drift,
                   "Also writes odometry.txt, the poses as an odometer has them: off by so many "
-                  "metres and degrees in the end, growing evenly")
+                  "metres and degrees in the end, growing evenly, every second walk the other way")
       ->delimiter(',')
       ->expected(2)
       ->option_text("METRES,DEGREES");
@@ -129,6 +129,7 @@ void simulate(const SimulateArguments& arguments) {
     one.walks = 1;
     for (int walk = 0; walk < arguments.walks; ++walk) {
       one.params.walk = walk;
+      for (double& drift : one.drift) drift *= walk > 0 ? -1.0 : 1.0;
       one.directory = arguments.directory + "/walk_" + std::to_string(walk);
       simulate(one);
     }
