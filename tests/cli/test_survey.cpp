@@ -140,7 +140,6 @@ TEST_F(Survey, FramesOfABuildingAreMadeByTheJobThatMapsThem) {
       24, Json::parse(planarMap({"info", out_ + "/map.pmap", "--json"}).out)["frames"].get<int>() +
               Json::parse(read("out/survey.json"))["components"].size() - 1);
   write("building/walk_0/simulation.json", "{");
-  expectExit(4, submap(5), "");
   expectExit(4, plan({folder + "/walk_0"}), "is no description of a simulation, or damaged");
 }
 
@@ -148,9 +147,10 @@ TEST_F(Survey, APieceIsComparedWithThoseThatLookMostLikeIt) {
   expectExit(0, plan({walk().path(), second().path(), "--link-pieces", "1"}));
   doJobs(4);
   const Json alike = Json::parse(read("out/places.json"))["alike"];
-  EXPECT_EQ(Json::parse("[[], [0], [0], [0]]"), alike) << "the walk returns to where it began";
+  EXPECT_EQ(Json::parse("[[], [0], [0, 1]]"), Json(alike.begin(), alike.begin() + 3))
+      << "the piece before it, and another one";
+  EXPECT_EQ(1u, alike[3].size()) << "the first of the second walk";
   EXPECT_EQ(2u, Json::parse(read("out/links_3.json"))["read"].size());
-  expectExit(0, job({"places", out_}), "");
   EXPECT_EQ(1u, info(out_ + "/survey.atlas")["components"].size());
 }
 

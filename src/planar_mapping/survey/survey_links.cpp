@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <utility>
@@ -22,16 +23,21 @@ using detail::SurveyRecord;
 
 constexpr const char* kPlacesName = "places.json";
 
-/// The earlier pieces that most keyframes of one look most like, ascending.
+/// The earlier pieces that most keyframes of one look most like.
 /// \param places    with the pieces before
 /// \param piece_of  a keyframe of places
-std::vector<std::size_t> alike(const AtlasData& piece, std::size_t count, const PlaceFinder& places,
-                               const std::vector<std::size_t>& piece_of) {
+/// \param tied      a piece that is left out; -1 = none
+std::set<std::size_t> alike(const AtlasData& piece, std::size_t count, const PlaceFinder& places,
+                            const std::vector<std::size_t>& piece_of, std::int64_t tied) {
+  std::vector<std::int64_t> left_out;
+  for (std::size_t i = 0; i < piece_of.size(); ++i)
+    if (static_cast<std::int64_t>(piece_of[i]) == tied)
+      left_out.push_back(static_cast<std::int64_t>(i));
   std::map<std::size_t, double> votes;
   for (Keyframe key : piece.keyframes) {
     key.submap = -1;  // none of those in places
     double vote = 1.0;
-    for (const std::int64_t other : places.candidates(key, count)) {
+    for (const std::int64_t other : places.candidates(key, count, left_out)) {
       votes[piece_of[static_cast<std::size_t>(other)]] += vote;
       vote -= 1.0 / static_cast<double>(count);
     }
@@ -39,9 +45,8 @@ std::vector<std::size_t> alike(const AtlasData& piece, std::size_t count, const 
   std::vector<std::pair<double, std::size_t>> order;
   for (const auto& [other, vote] : votes) order.emplace_back(-vote, other);
   std::sort(order.begin(), order.end());
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < std::min(count, order.size()); ++i) found.push_back(order[i].second);
-  std::sort(found.begin(), found.end());
+  std::set<std::size_t> found;
+  for (std::size_t i = 0; i < std::min(count, order.size()); ++i) found.insert(order[i].second);
   return found;
 }
 
@@ -78,7 +83,12 @@ SurveyReport SurveyJobs::places(bool allow_missing) const {
       if (pieces.count(piece) == 0) continue;
       AtlasData data = loadAtlas(pieceOf(piece, "atlas"), 1, AtlasContent::WithoutMaps);
       const auto count = static_cast<std::size_t>(plan_.params.link_pieces);
-      found.back() = alike(data, count, places, piece_of);
+      const bool is_tied =
+          piece > 0 && pieces.count(piece - 1) > 0 && plan_.pieces[piece - 1].has_next;
+      const std::int64_t tied = is_tied ? static_cast<std::int64_t>(piece) - 1 : -1;
+      std::set<std::size_t> looked_at = alike(data, count, places, piece_of, tied);
+      if (is_tied) looked_at.insert(piece - 1);  // it would take a place of the others
+      found.back() = looked_at;
       for (Keyframe& key : typicalOf(std::move(data))) {
         key.id = key.submap = static_cast<std::int64_t>(piece_of.size());
         piece_of.push_back(piece);

@@ -16,7 +16,9 @@ namespace planar_mapping {
 /// How a survey is cut into jobs.
 struct SurveyParams {
   int piece_frames = 100;  ///< frames of a sequence that one job maps, >= 1
-  int link_pieces = 16;    ///< earlier pieces that look alike and are searched for places, >= 1
+  /// Earlier pieces that look alike and are searched for places of a piece, beside the one before
+  /// it; >= 1.
+  int link_pieces = 8;
   double tile = 0.0;       ///< side of the tiles that the map comes in, metres; 0 = one map
   SubmapParams submaps;
 
