@@ -76,6 +76,8 @@ TEST_F(Survey, JobsGiveTheBytesOfOneProcess) {
   const Json made = info(out_ + "/survey.atlas");
   EXPECT_EQ(4u, made["sessions"].size());
   EXPECT_EQ(1u, made["components"].size()) << "links join the two walks";
+  expectExit(0, job({"export", out_ + "/survey.atlas", directory_ / "exported.pmap"}));
+  EXPECT_TRUE(read("exported.pmap") == read("out/map.pmap"));
   // Pieces share frames, but no frame is in the map twice.
   EXPECT_EQ(18, Json::parse(planarMap({"info", out_ + "/map.pmap", "--json"}).out)["frames"]);
 }

@@ -58,8 +58,8 @@ class PLANAR_MAPPING_EXPORT SurveyJobs {
   /// Only the submaps that reach into it or the next ones are loaded. io::loadMap() opens the
   /// folder as one map.
   SurveyReport tile(std::size_t number, int threads = 1) const;
-  /// One map of a component, that of the first submap where none is said. Submaps are joined by a
-  /// binary tree over their numbers; memory is that of the map.
+  /// One map of a component, that of the first submap where none is said: joinSubmaps() of it, in
+  /// the memory of the map.
   SurveyReport join(const std::string& map, std::optional<std::int64_t> component = {},
                     int threads = 1) const;
 

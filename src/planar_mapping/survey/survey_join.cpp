@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -27,26 +28,20 @@ using detail::SurveyJson;
 using detail::SurveyRecord;
 using detail::writingResult;
 
-/// Submaps [first, last) as one map. The left part is the largest power of two, so that a survey
-/// that grows has the same parts as before.
-PlanarMap joinedTree(AtlasStore& store, const std::vector<const Submap*>& submaps,
-                     std::size_t first, std::size_t last, int threads) {
-  JoinedMap joined;
-  if (last - first == 1) {
-    joined.set(0, store.map(submaps[first]->id, threads), submaps[first]->T_world_submap);
-    return joined.map();
+/// joinSubmaps(), bit for bit, with few submaps in memory at a time.
+PlanarMap joinedInOrder(AtlasStore& store, const std::vector<const Submap*>& submaps, int threads) {
+  constexpr std::size_t kAtOnce = 16;
+  PlanarMap all;
+  for (std::size_t first = 0; first < submaps.size(); first += kAtOnce) {
+    JoinedMap joined;
+    if (first > 0)
+      joined.set(0, std::make_shared<const PlanarMap>(std::move(all)), Pose::Identity());
+    for (std::size_t i = first; i < std::min(submaps.size(), first + kAtOnce); ++i)
+      joined.set(static_cast<std::int32_t>(i + 1), store.map(submaps[i]->id, threads),
+                 submaps[i]->T_world_submap);
+    all = joined.map();
   }
-  std::size_t left = 1;
-  while (2 * left < last - first) left *= 2;
-  const std::array<std::size_t, 3> ends = {first, first + left, last};
-  for (std::int32_t i = 0; i < 2; ++i) {
-    const auto side = static_cast<std::size_t>(i);
-    joined.set(i,
-               std::make_shared<const PlanarMap>(
-                   joinedTree(store, submaps, ends[side], ends[side + 1], threads)),
-               Pose::Identity());
-  }
-  return joined.map();
+  return all;
 }
 
 }  // namespace
@@ -72,7 +67,7 @@ SurveyReport SurveyJobs::join(const std::string& map, std::optional<std::int64_t
     for (const Submap& submap : data.submaps)
       if (submap.component == chosen) submaps.push_back(&submap);
     if (submaps.empty()) throw InputError("there is no component " + std::to_string(chosen));
-    const PlanarMap joined = joinedTree(store, submaps, 0, submaps.size(), threads);
+    const PlanarMap joined = joinedInOrder(store, submaps, threads);
     writingResult([&]() { io::saveMap(joined, absolute.string(), io::Overwrite::Allow); });
     return std::make_pair(SurveyJson{{"component", chosen}, {"components", componentsOf(data)}},
                           target);
