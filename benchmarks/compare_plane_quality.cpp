@@ -12,12 +12,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "evaluation/metrics/plane_quality.h"
 #include "labelled_clouds.h"
 #include "peer_planes.h"
+#include "planar_mapping/base/random.h"
 #include "planar_mapping/planes/multi_plane.h"
 
 namespace {
@@ -49,7 +51,8 @@ struct Method {
   std::string name;
   bool organized_only = false;
   std::function<std::vector<PlaneSegment>(const PeerTask&)> find;
-  bool tuned = false;  ///< tries all distances, not the library's default alone
+  bool tuned = false;     ///< tries all distances, not the library's default alone
+  bool shuffled = false;  ///< is given a list of points in any order
 };
 
 struct Row {
@@ -74,6 +77,30 @@ std::vector<PlaneSegment> ours(const PeerTask& task) {
   return planar_mapping::findPlanes(task.points, nullptr, params).planes;
 }
 
+/// A cloud without its rows: the points that are measured, in an order drawn at random.
+struct Shuffled {
+  std::vector<int> points;  ///< of the cloud
+  std::vector<float> xyz;
+
+  explicit Shuffled(const planar_mapping::PointsView& cloud) : points(finiteOf(cloud)) {
+    planar_mapping::Random random;
+    for (std::size_t i = points.size(); i > 1; --i)
+      std::swap(points[i - 1], points[random.below(static_cast<std::uint32_t>(i))]);
+    for (const int i : points) {
+      const float* p = cloud[static_cast<std::size_t>(i)];
+      xyz.insert(xyz.end(), p, p + 3);
+    }
+  }
+  /// Inliers become points of the cloud.
+  void name(std::vector<PlaneSegment>& found) const {
+    for (PlaneSegment& segment : found) {
+      segment.patches.clear();
+      for (int& inlier : segment.inliers) inlier = points[static_cast<std::size_t>(inlier)];
+      std::sort(segment.inliers.begin(), segment.inliers.end());
+    }
+  }
+};
+
 Row measure(const Set& set, const Method& method, double distance, int repetitions) {
   Row row;
   row.distance = distance;
@@ -83,6 +110,11 @@ Row measure(const Set& set, const Method& method, double distance, int repetitio
     task.distance = distance;
     task.min_inliers = set.min_inliers;
     std::vector<PlaneSegment> found;
+    std::optional<Shuffled> shuffled;
+    if (method.shuffled) {
+      shuffled.emplace(cloud.view());
+      task.points = planar_mapping::PointsView(shuffled->xyz.data(), shuffled->points.size());
+    }
     for (int i = 0; i < repetitions; ++i) {
       const auto begin = std::chrono::steady_clock::now();
       found = method.find(task);
@@ -90,6 +122,7 @@ Row measure(const Set& set, const Method& method, double distance, int repetitio
           std::chrono::steady_clock::now() - begin;
       row.milliseconds.push_back(taken.count());
     }
+    if (shuffled) shuffled->name(found);
     row.labels.add(judgePlanes(cloud.truth, found));
     const CoplanarParams coplanar;
     const PlaneTruth large =
@@ -201,6 +234,7 @@ std::vector<Set> allSets(const std::vector<std::string>& wanted) {
 int main(int argc, char** argv) {
   const int repetitions = argc > 1 ? std::max(1, std::atoi(argv[1])) : 1;
   std::vector<Method> methods = {{"planar_mapping, defaults", false, ours, false},
+                                 {"planar_mapping, shuffled", false, ours, false, true},
                                  {"planar_mapping, d as the peers", false, ours, true}};
   for (const std::vector<Peer>& peers : {pclPeers(), cgalPeers()}) {
     for (const Peer& peer : peers) {

@@ -106,18 +106,29 @@ PlaneSet findPlanesBy(PlaneSearchMethod method, const PointsView& points, const 
   }
 }
 
-/// Inliers that are pixels become the points there. Pixels and points are in the same order but for
-/// an image that was turned over; patches follow.
-void takeInliers(const Indices& points, PlaneSegment& segment) {
-  for (int& inlier : segment.inliers) inlier = points[static_cast<std::size_t>(inlier)];
-  if (std::is_sorted(segment.inliers.begin(), segment.inliers.end())) return;
-  std::vector<std::pair<int, std::int32_t>> both(segment.inliers.size());
-  for (std::size_t i = 0; i < both.size(); ++i)
-    both[i] = {segment.inliers[i], segment.patches.empty() ? 0 : segment.patches[i]};
-  std::sort(both.begin(), both.end());
-  for (std::size_t i = 0; i < both.size(); ++i) {
-    segment.inliers[i] = both[i].first;
-    if (!segment.patches.empty()) segment.patches[i] = both[i].second;
+/// Inliers that are pixels become the points there, ascending; patches follow.
+/// \param points of each pixel, -1 = none
+/// \param size   of the cloud
+void takeInliers(const Indices& points, std::size_t size, std::vector<PlaneSegment>& segments) {
+  struct Place {
+    std::int32_t segment = -1;
+    std::int32_t patch = 0;
+  };
+  std::vector<Place> places(size);
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    PlaneSegment& segment = segments[k];
+    for (std::size_t i = 0; i < segment.inliers.size(); ++i) {
+      const auto pixel = static_cast<std::size_t>(segment.inliers[i]);
+      places[static_cast<std::size_t>(points[pixel])] = {
+          static_cast<std::int32_t>(k), segment.patches.empty() ? 0 : segment.patches[i]};
+    }
+    segment.inliers.clear();
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    if (places[i].segment < 0) continue;
+    PlaneSegment& segment = segments[static_cast<std::size_t>(places[i].segment)];
+    if (!segment.patches.empty()) segment.patches[segment.inliers.size()] = places[i].patch;
+    segment.inliers.push_back(static_cast<int>(i));
   }
 }
 
@@ -164,10 +175,14 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   const std::size_t considered = detail::countOf(points, indices);
 
   const bool is_automatic = params.method == PlaneSearchMethod::Automatic;
-  if (is_automatic && !points.isOrganized() && considered > kMaxSparsePoints && sensor.isZero()) {
-    if (const auto image = detail::imageOf(points, indices)) {
-      PlaneSet set = findPlanes(image->view(), &image->pixels, params, sensor);
-      for (PlaneSegment& segment : set.planes) takeInliers(image->points, segment);
+  if (is_automatic && !points.isOrganized() && considered > kMaxSparsePoints) {
+    const auto image = detail::imageOf(points, indices, sensor);
+    if (image && chooseMethod(image->view(), params, image->measured, sensor) !=
+                     PlaneSearchMethod::Sequential) {
+      PlaneSet set = findPlanes(image->view(), nullptr, params, sensor);
+      set.diagnostics.points_considered = considered;
+      set.diagnostics.points_not_measured = considered - image->measured;
+      takeInliers(image->points, points.size, set.planes);
       return set;
     }
   }

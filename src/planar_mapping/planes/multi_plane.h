@@ -16,11 +16,11 @@ namespace planar_mapping {
 
 /// How planes are looked for.
 enum class PlaneSearchMethod : std::uint8_t {
-  /// By the cloud: MultiRansac up to 5,000 points, then for images that do not look all around
-  /// Disparity where the noise is given and the sensor is at the origin and Organized where not,
-  /// else, or where Organized finds none, Sequential. Where that puts less than half of fewer than
-  /// 100,000 points on planes and cells of 3 d_T hold fewer than about 11, MultiRansac too; it is
-  /// taken where it puts more of them on planes, or Sequential less than a quarter.
+  /// By the cloud: MultiRansac up to 5,000 points, then for images that do not look all around, as
+  /// lists on the lattice of a camera or scanner are, in any order, Disparity where the noise is
+  /// given and the sensor at the origin and Organized where not, else, or where that finds none,
+  /// Sequential. If that puts less than half of fewer than 100,000 points on planes, cells of 3 d_T
+  /// with fewer than 11, MultiRansac too: taken if it puts more there, or Sequential < a quarter.
   Automatic,
   MultiRansac,  ///< W models at once, disjoint sets, fusion (Zuliani et al., ICIP 2005)
   Sequential,   ///< one plane after the other with local optimisation, on local cells

@@ -131,7 +131,7 @@ struct NoiseSample {
   double noise;
 };
 
-std::vector<NoiseSample> noiseSamples(const std::vector<CellFit>& windows, double min_count,
+std::vector<NoiseSample> noiseSamples(const CellFits& windows, double min_count,
                                       const Vector3& sensor) {
   constexpr double kMinCosine = 0.2;  // more oblique windows tell little about the range
   std::vector<NoiseSample> samples;
@@ -147,7 +147,7 @@ std::vector<NoiseSample> noiseSamples(const std::vector<CellFit>& windows, doubl
 }
 
 /// \param capacity points of a full window
-RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vector3& sensor,
+RangeNoise noiseOf(const CellFits& windows, int capacity, const Vector3& sensor,
                    const OrganizedParams& params) {
   constexpr double kFull = 0.8;    // fraction of a window; emptier ones lie at depth edges
   constexpr double kSparse = 0.3;  // enough where the whole image is sparse
@@ -199,7 +199,7 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
 
 /// Pixels that count as one measurement: how far the means of cells lie off the plane of the 3 x 3
 /// window around them, compared with the noise of single pixels.
-double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& windows,
+double correlatedPixels(const CellGrid& grid, const CellFits& windows,
                         const RangeNoise& noise, const Vector3& sensor,
                         const OrganizedParams& params) {
   constexpr double kFull = 0.95;    // fraction of a window
@@ -239,14 +239,14 @@ double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& window
 
 }  // namespace
 
-std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor) {
-  std::vector<CellFit> fits(static_cast<std::size_t>(grid.cells()));
+CellFits fitCells(const CellGrid& grid, const Vector3& sensor) {
+  CellFits fits(static_cast<std::size_t>(grid.cells()));
   if (!fits.empty()) fitAll(grid.sums.data(), fits.size(), sensor.data(), fits.front().normal);
   return fits;
 }
 
-RangeNoise estimateNoise(const CellGrid& tiles, const std::vector<CellFit>& fits,
-                         const std::vector<CellFit>& windows, const Vector3& sensor,
+RangeNoise estimateNoise(const CellGrid& tiles, const CellFits& fits,
+                         const CellFits& windows, const Vector3& sensor,
                          const OrganizedParams& params) {
   constexpr int kWindowCells = 9;
   // Small windows tell white noise best, wide ones that which is smooth over many pixels.
@@ -304,7 +304,8 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
     // Error of 1 / r; a floor keeps the weights of noise-free clouds finite.
     const double sigma =
         noise_.at(range * range) + params_.smallest_noise_fraction * params_.distance_threshold;
-    const double weight = n * std::pow(range, 4) / (sigma * sigma);
+    const double error = sigma / (range * range);
+    const double weight = n / (error * error);
     const Vector3 direction = ray / range;
     squares += weight * direction * direction.transpose();
     products += weight / range * direction;
@@ -358,7 +359,7 @@ CoherenceTest MetricFit::coherenceTest(const PlaneCandidate& plane,
 }
 
 std::vector<char> MetricFit::agree(const PlaneCandidate& plane, const CellGrid& windows) const {
-  const std::vector<CellFit> fits = fitCells(windows, sensor_);
+  const CellFits fits = fitCells(windows, sensor_);
   std::vector<char> agrees(fits.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const double error = params_.growing_factor * normalError(fits[i], noise_, sensor_, params_);

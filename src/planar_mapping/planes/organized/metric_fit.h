@@ -90,12 +90,14 @@ struct CellFit {
   Vector3 ray(const Vector3& sensor) const { return Vector3(mean[0], mean[1], mean[2]) - sensor; }
 };
 
+using CellFits = std::vector<CellFit, Unset<CellFit>>;
+
 /// Least-squares planes of all cells of a grid; a zero normal where there is none.
-std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor);
+CellFits fitCells(const CellGrid& grid, const Vector3& sensor);
 
 /// Estimates the noise of the sensor from the residuals of tiles and of the windows around them.
-RangeNoise estimateNoise(const CellGrid& tiles, const std::vector<CellFit>& fits,
-                         const std::vector<CellFit>& windows, const Vector3& sensor,
+RangeNoise estimateNoise(const CellGrid& tiles, const CellFits& fits,
+                         const CellFits& windows, const Vector3& sensor,
                          const OrganizedParams& params);
 
 /// Angle by which noise may turn the normal of a window, radians.
@@ -154,9 +156,9 @@ class MetricGrower : public CellGrower {
 
   const MetricFit& fit_;
   double least_noise_;  ///< below it noise is not told apart from none, metres
-  std::vector<CellFit> fits_;
-  std::vector<CellFit> window_fits_;
-  std::vector<CellFit> wide_fits_;
+  CellFits fits_;
+  CellFits window_fits_;
+  CellFits wide_fits_;
 };
 
 }  // namespace planar_mapping::detail

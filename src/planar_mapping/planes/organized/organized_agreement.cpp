@@ -70,7 +70,7 @@ class Surroundings {
   }
 
   /// Planes of what lies around the quarters, up to \p radius quarters away, at about their range.
-  std::vector<CellFit> fits(const std::vector<std::int32_t>& quarters, int radius) const {
+  CellFits fits(const std::vector<std::int32_t>& quarters, int radius) const {
     constexpr std::size_t kChunk = 512;
     CellGrid windows(static_cast<int>(quarters.size()), 1, 0);
     parallelFor((quarters.size() + kChunk - 1) / kChunk, threads_, [&](std::size_t chunk) {
@@ -120,6 +120,7 @@ class Surroundings {
 /// The pixels of one plane in one quarter.
 struct TilePiece {
   std::int32_t quarter = 0;
+  std::int32_t speaker = 0;  ///< the quarter whose surroundings tell how it lies
   std::int16_t label = -1;
   std::int16_t pixels = 0;
   bool agrees = false;     ///< as far as the noise lets one see
@@ -144,29 +145,34 @@ struct Count {
   }
 };
 
-/// Which planes the pixels of each quarter have, ascending by quarter.
+/// Which planes the pixels of each quarter have, ascending by quarter. Inside a plane one quarter of
+/// a tile speaks for all four.
 std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pixels) {
   std::vector<TilePiece> pieces;
   pieces.reserve(static_cast<std::size_t>(4) * cloud.tiles());
+  const std::int32_t columns = 2 * cloud.columns;
+  std::vector<char> inside(static_cast<std::size_t>(cloud.tiles()));
+  for (int tile = 0; tile < cloud.tiles(); ++tile)
+    inside[static_cast<std::size_t>(tile)] = pixels.isInside(tile) ? 1 : 0;
   for (int row = 0; row < 2 * cloud.rows; ++row) {
-    for (int column = 0; column < 2 * cloud.columns; ++column) {
+    for (int column = 0; column < columns; ++column) {
       const int tile = row / 2 * cloud.columns + column / 2;
       if (!pixels.holdsPlane(tile)) continue;
-      const std::int16_t* labels =
-          pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
-      const std::int32_t quarter = row * 2 * cloud.columns + column;
-      int same = 0;
-      for (int k = 0; k < kQuarterArea; ++k) same += labels[k] == labels[0];
-      if (same == kQuarterArea) {
-        if (labels[0] >= 0) pieces.push_back({quarter, labels[0], kQuarterArea});
+      const std::int32_t quarter = row * columns + column;
+      if (const std::int16_t whole = pixels.wholePlane(tile); whole >= 0) {
+        const std::int32_t first = (row - row % 2) * columns + column - column % 2;
+        const bool is_inside = inside[static_cast<std::size_t>(tile)] != 0;
+        pieces.push_back({quarter, is_inside ? first : quarter, whole, kQuarterArea});
         continue;
       }
+      const std::int16_t* labels =
+          pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
       const std::size_t first = pieces.size();
       for (int k = 0; k < kQuarterArea; ++k) {
         if (labels[k] < 0) continue;
         std::size_t at = first;
         while (at < pieces.size() && pieces[at].label != labels[k]) ++at;
-        if (at == pieces.size()) pieces.push_back({quarter, labels[k], 0});
+        if (at == pieces.size()) pieces.push_back({quarter, quarter, labels[k], 0});
         ++pieces[at].pixels;
       }
     }
@@ -206,23 +212,38 @@ class PieceGrid {
   std::vector<std::int32_t> first_;  ///< piece of each quarter, and one past the last
 };
 
+/// Some quarters, and the fits of what lies around them.
+struct Sample {
+  std::vector<std::int32_t> quarters;
+  std::vector<std::int32_t> place;  ///< of each quarter of the image in quarters, -1 = not in it
+
+  explicit Sample(const Surroundings& surroundings)
+      : place(static_cast<std::size_t>(surroundings.columns) * surroundings.rows, -1) {}
+
+  bool holds(std::int32_t quarter) const { return place[static_cast<std::size_t>(quarter)] >= 0; }
+  void add(std::int32_t quarter) {
+    if (holds(quarter)) return;
+    place[static_cast<std::size_t>(quarter)] = static_cast<std::int32_t>(quarters.size());
+    quarters.push_back(quarter);
+  }
+  const CellFit& of(const CellFits& fits, std::int32_t quarter) const {
+    return fits[static_cast<std::size_t>(place[static_cast<std::size_t>(quarter)])];
+  }
+};
+
 /// Compares the normals around every piece with that of its plane.
 void compare(const TiledCloud& cloud, const Surroundings& surroundings,
              const std::vector<PlaneCandidate>& planes, const MetricFit& fit, const PieceGrid& grid,
              std::vector<TilePiece>& pieces) {
   const OrganizedParams& params = fit.params();
-  std::vector<std::int32_t> all;
-  for (const TilePiece& piece : pieces) {
-    if (all.empty() || all.back() != piece.quarter) all.push_back(piece.quarter);
-  }
-  const std::vector<CellFit> small = surroundings.fits(all, kSmallRadius);
+  Sample all(surroundings);
+  for (const TilePiece& piece : pieces) all.add(piece.speaker);
+  const CellFits small = surroundings.fits(all.quarters, kSmallRadius);
   const double min_cosine = std::cos(params.coherent_angle);
   std::vector<Count> counts(planes.size());
-  std::size_t i = 0;
   for (TilePiece& piece : pieces) {
-    while (all[i] != piece.quarter) ++i;
     const auto label = static_cast<std::size_t>(piece.label);
-    piece.near = planes[label].cosine(small[i].normal) >= min_cosine;
+    piece.near = planes[label].cosine(all.of(small, piece.speaker).normal) >= min_cosine;
     piece.wide = piece.agrees = piece.near;
     if (!piece.near) {
       int own = 0;
@@ -237,40 +258,34 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     const Count& count = counts[static_cast<std::size_t>(piece.label)];
     return piece.undecided || count.near >= params.clear_coherent_fraction * count.all;
   };
-  std::vector<std::int32_t> noisy;
-  std::vector<const CellFit*> small_of_noisy;
-  std::vector<double> errors;
-  i = 0;
+  const auto error = [&](std::int32_t quarter) {
+    return params.growing_factor *
+           normalError(all.of(small, quarter), fit.noise(), cloud.sensor, params);
+  };
+  Sample noisy(surroundings);
   for (const TilePiece& piece : pieces) {
-    while (all[i] != piece.quarter) ++i;
-    if (clear(piece) || (!noisy.empty() && noisy.back() == piece.quarter)) continue;
-    const double error =
-        params.growing_factor * normalError(small[i], fit.noise(), cloud.sensor, params);
-    if (!(error > params.clear_normal_fraction * params.coherent_angle)) continue;
-    noisy.push_back(piece.quarter);
-    small_of_noisy.push_back(&small[i]);
-    errors.push_back(error);
+    if (clear(piece) || noisy.holds(piece.speaker)) continue;
+    if (error(piece.speaker) > params.clear_normal_fraction * params.coherent_angle)
+      noisy.add(piece.speaker);
   }
-  const std::vector<CellFit> wide = surroundings.fits(noisy, kWideRadius);
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.
   const bool white = fit.isWhite();
-  std::size_t j = 0;
+  CellFits wide;
+  if (!white) wide = surroundings.fits(noisy.quarters, kWideRadius);
   for (TilePiece& piece : pieces) {
-    while (j < noisy.size() && noisy[j] < piece.quarter) ++j;
-    if (j == noisy.size()) break;
-    if (noisy[j] != piece.quarter || clear(piece)) continue;
+    if (!noisy.holds(piece.speaker) || clear(piece)) continue;
     if (white) {
       piece.near = piece.wide = piece.agrees = true;
       continue;
     }
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(piece.label)];
-    piece.wide = plane.cosine(wide[j].normal) >= min_cosine;
+    piece.wide = plane.cosine(noisy.of(wide, piece.speaker).normal) >= min_cosine;
     piece.agrees = piece.near || piece.wide;
     if (piece.agrees) continue;
-    const double allowed =
-        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[j]));
-    piece.agrees = plane.cosine(small_of_noisy[j]->normal) >= std::cos(allowed);
+    const double allowed = std::min(params.most_coherent_angle,
+                                    std::max(params.coherent_angle, error(piece.speaker)));
+    piece.agrees = plane.cosine(all.of(small, piece.speaker).normal) >= std::cos(allowed);
   }
 }
 

@@ -47,6 +47,13 @@ class PixelLabels {
   bool holdsPlane(int tile) const {
     return summaries_[static_cast<std::size_t>(tile)].planes.size > 0;
   }
+  /// The plane of all pixels of a tile, or -1.
+  std::int16_t wholePlane(int tile) const {
+    const Summary& summary = summaries_[static_cast<std::size_t>(tile)];
+    return summary.count[0] == kTileArea ? summary.planes.label[0] : std::int16_t{-1};
+  }
+  /// Whether a tile and those around it are all of one plane.
+  bool isInside(int tile) const;
 
  protected:
   static constexpr int kMaxAround = 12;  ///< planes in a tile and those around it

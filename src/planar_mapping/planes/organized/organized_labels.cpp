@@ -182,6 +182,19 @@ int PixelLabels::planesAround(int tile, int reach, std::int16_t* planes) const {
   return count;
 }
 
+bool PixelLabels::isInside(int tile) const {
+  const std::int16_t plane = wholePlane(tile);
+  const int row = tile / cloud_.columns;
+  const int column = tile % cloud_.columns;
+  if (plane < 0) return false;
+  for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
+    for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
+      if (wholePlane(r * cloud_.columns + c) != plane) return false;
+    }
+  }
+  return true;
+}
+
 std::vector<std::int64_t> PixelLabels::counts(std::size_t planes) const {
   std::vector<std::int64_t> counts(planes, 0);
   for (const Summary& summary : summaries_) {

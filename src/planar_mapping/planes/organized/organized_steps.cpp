@@ -20,6 +20,8 @@ std::vector<std::int16_t> labelsOfQuarters(const CellGrid& quarters,
     for (int column = 0; column < quarters.columns; ++column, ++cell) {
       const int tile = row / 2 * (quarters.columns / 2) + column / 2;
       if (labels[cell] >= 0 || !pixels.holdsPlane(tile)) continue;
+      labels[cell] = pixels.wholePlane(tile);
+      if (labels[cell] >= 0) continue;
       const std::int16_t* own = pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
       const auto held =
           std::find_if(own, own + kQuarterArea, [](std::int16_t of) { return of >= 0; });

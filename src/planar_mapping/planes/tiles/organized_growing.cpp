@@ -17,6 +17,7 @@ constexpr int kReach = 2;  ///< cells within which planes are adjacent: one betw
 std::vector<std::vector<std::int16_t>> adjacentPlanes(const std::vector<std::int16_t>& labels,
                                                       int columns, int rows, std::size_t planes) {
   std::vector<std::vector<std::int16_t>> adjacent(planes);
+  std::int16_t last[2] = {-1, -1};  // borders are long
   const auto add = [&](std::int16_t plane, std::int16_t other) {
     std::vector<std::int16_t>& list = adjacent[static_cast<std::size_t>(plane)];
     if (std::find(list.begin(), list.end(), other) == list.end()) list.push_back(other);
@@ -31,7 +32,9 @@ std::vector<std::vector<std::int16_t>> adjacentPlanes(const std::vector<std::int
         const int left = r == 0 ? column + 1 : std::max(0, column - kReach);
         for (int c = left; c <= std::min(columns - 1, column + kReach); ++c) {
           const std::int16_t other = line[r * columns + c];
-          if (other < 0 || other == label) continue;
+          if (other < 0 || other == label || (label == last[0] && other == last[1])) continue;
+          last[0] = label;
+          last[1] = other;
           add(label, other);
           add(other, label);
         }

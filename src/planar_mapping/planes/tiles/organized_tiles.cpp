@@ -26,19 +26,60 @@ void copyPixel(const float* point, const float* origin, float* pixel) {
   pixel[2 * kTileArea] = z + mark;
 }
 
+/// As copyPixel() for whole tiles of a row of them.
+/// \param from   the first pixel
+/// \param stride floats from a pixel to the next ...
+/// \param line   ... and from a row to the next
+PLANAR_MAPPING_MULTIVERSION
+void copyTiles(const float* from, std::size_t stride, std::size_t line, int columns,
+               const float* origin, float* tiles) {
+  const FloatLanes none = FloatLanes{} + kNaN;
+  for (int row = 0; row < kTileSide; ++row) {
+    const float* point = from + static_cast<std::size_t>(row) * line;
+    for (int column = 0; column < columns; ++column, point += kTileSide * stride) {
+      FloatLanes x, y, z;
+      for (int k = 0; k < kTileSide; ++k) {
+        const float* p = point + static_cast<std::size_t>(k) * stride;
+        x[k] = p[0];
+        y[k] = p[1];
+        z[k] = p[2];
+      }
+      const IntLanes is_nothing = (x == 0.0F) & (y == 0.0F) & (z == 0.0F);
+      x -= origin[0];
+      y -= origin[1];
+      z -= origin[2];
+      FloatLanes mark = (x - x) + (y - y) + (z - z);
+      mark = is_nothing ? none : mark;
+      x += mark;
+      y += mark;
+      z += mark;
+      float* to = tiles + std::size_t{3} * kTileArea * column + pixelInTile(row, 0);
+      constexpr std::size_t kHalf = kQuarterSide * sizeof(float);
+      for (int axis = 0; axis < 3; ++axis) {
+        const FloatLanes& all = axis == 0 ? x : (axis == 1 ? y : z);
+        const auto* bytes = reinterpret_cast<const char*>(&all);
+        std::memcpy(to + axis * kTileArea, bytes, kHalf);
+        std::memcpy(to + axis * kTileArea + kQuarterArea, bytes + kHalf, kHalf);
+      }
+    }
+  }
+}
+
 void copyTileRow(const PointsView& points, const float* origin, int tile_row, int columns,
                  float* tiles) {
   const int width = static_cast<int>(points.width);
-  const int height = static_cast<int>(points.height);
-  const int rows = std::min(kTileSide, height - tile_row * kTileSide);
-  if (rows < kTileSide || width < columns * kTileSide) {
-    std::fill(tiles, tiles + std::size_t{3} * kTileArea * columns, kNaN);
-  }
+  const int rows = std::min(kTileSide, static_cast<int>(points.height) - tile_row * kTileSide);
+  const int whole = rows == kTileSide ? width / kTileSide : 0;  // tiles
+  const std::size_t first = static_cast<std::size_t>(tile_row) * kTileSide * points.width;
+  copyTiles(points[first], points.stride, points.stride * points.width, whole, origin, tiles);
+  if (whole == columns) return;
+  std::fill(tiles + std::size_t{3} * kTileArea * whole, tiles + std::size_t{3} * kTileArea * columns,
+            kNaN);
   for (int row = 0; row < rows; ++row) {
-    const float* point =
-        points[static_cast<std::size_t>(tile_row * kTileSide + row) * points.width];
-    for (int column = 0; column < width; ++column, point += points.stride) {
-      copyPixel(point, origin,
+    for (int column = whole * kTileSide; column < width; ++column) {
+      copyPixel(points[first + static_cast<std::size_t>(row) * points.width +
+                       static_cast<std::size_t>(column)],
+                origin,
                 tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
                     pixelInTile(row, column % kTileSide));
     }
@@ -295,6 +336,7 @@ CellGrid tileGrid(const TiledCloud& cloud, int threads) {
 CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                          int threads) {
   CellGrid grid(2 * cloud.columns, 2 * cloud.rows, kQuarterArea);
+  std::fill(grid.sums.begin(), grid.sums.end(), 0.0);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     sumFreeQuarters(cloud.xyz.get(), labels.data(), cloud.columns, static_cast<int>(row),
                     static_cast<std::size_t>(grid.cells()), grid.sums.data());

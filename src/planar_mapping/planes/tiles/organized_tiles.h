@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/base/organized_lanes.h"
@@ -70,18 +72,36 @@ void sumQuarters(const float* xyz, int columns, double* out);
 /// Of the pixels of a tile that carry \p label; \p labels are those of the tile.
 void sumLabelledPixels(const float* x, const std::int16_t* labels, std::int16_t label, double* out);
 
+/// Leaves the elements of a new vector as they are, where all are written anyway.
+template <typename T>
+struct Unset : std::allocator<T> {
+  using std::allocator<T>::allocator;
+  template <typename U>
+  struct rebind {
+    using other = Unset<U>;
+  };
+  template <typename U>
+  void construct(U* at) {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <typename U, typename... Values>
+  void construct(U* at, Values&&... values) {
+    ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
+  }
+};
+
 /// A grid of cells, each the sums of its points, about the origin of the tiled cloud.
 struct CellGrid {
   int columns;
   int rows;
-  int capacity;              ///< points of a full cell
-  std::vector<double> sums;  ///< moment * cells + cell
+  int capacity;                             ///< points of a full cell
+  std::vector<double, Unset<double>> sums;  ///< moment * cells + cell; not set at first
 
   CellGrid(int columns_, int rows_, int capacity_)
       : columns(columns_),
         rows(rows_),
         capacity(capacity_),
-        sums(static_cast<std::size_t>(kMoments) * cells(), 0.0) {}
+        sums(static_cast<std::size_t>(kMoments) * cells()) {}
   int cells() const { return columns * rows; }
   const double* moment(int m) const { return sums.data() + static_cast<std::size_t>(m) * cells(); }
   double* moment(int m) { return sums.data() + static_cast<std::size_t>(m) * cells(); }

@@ -31,8 +31,6 @@ constexpr int kCoherenceRounds = 4;
 constexpr int kAgreeAlongSides = 4;
 constexpr int kBlockRefits = 3;
 constexpr int kLocalRefits = 4;
-// A proposal this close to a rejected plane, radians, is not tried again.
-constexpr double kSameDirection = 0.1;
 constexpr int kRefits = 10;
 // Leaves at the border of a plane are mixed and do not vote: half the points must.
 constexpr double kVotingFraction = 0.5;
@@ -132,7 +130,6 @@ class LeafPlaneSearch {
         if (static_cast<double>(best.score) >= least_) queue.push(best);
         continue;
       }
-      if (wasRejected(best)) continue;
       if (isOver()) {
         stopped_ = true;
         diagnostics_.stopped_by_itself = false;
@@ -309,17 +306,6 @@ class LeafPlaneSearch {
     return false;
   }
 
-  bool wasRejected(const Proposal& proposal) const {
-    const double cosine = std::cos(kSameDirection);
-    for (const Plane& plane : rejected_) {
-      if (std::abs(plane.normal.dot(proposal.plane.normal)) > cosine &&
-          std::abs(plane.signedDistance(proposal.mean)) < params_.distance_threshold) {
-        return true;
-      }
-    }
-    return false;
-  }
-
   void take(Proposal& proposal) {
     std::vector<std::int32_t> voters;
     if (!optimize(proposal, voters) || static_cast<double>(voters_.weightOf(voters)) < least_) {
@@ -327,7 +313,6 @@ class LeafPlaneSearch {
       return;
     }
     if (!keepCoherent(proposal.plane, voters) || isRimOfAnother(voters)) {
-      rejected_.push_back(proposal.plane);
       ++diagnostics_.rejected_not_coherent;
       return;
     }
@@ -355,7 +340,6 @@ class LeafPlaneSearch {
   Random random_;
   const double least_;
   std::vector<char> votes_ = std::vector<char>(surface_.leaves.size(), 0);
-  std::vector<Plane> rejected_;
   std::vector<LeafPlane> planes_;
 };
 

@@ -287,7 +287,8 @@ TEST(MultiPlaneAutomatic, ChoosesByNumberOfPoints) {
             PlaneSearchMethod::MultiRansac);
   xyz.clear();
   addSquare(xyz, 80, 0.0f, 0.0f, 1.0f);
-  EXPECT_EQ(findPlanes(viewOf(xyz), nullptr, {}).diagnostics.method, PlaneSearchMethod::Sequential);
+  EXPECT_EQ(findPlanes(viewOf(xyz), nullptr, {}).diagnostics.method, PlaneSearchMethod::Organized)
+      << "its points are pixels of an image";
   Indices few(500);
   std::iota(few.begin(), few.end(), 0);
   EXPECT_EQ(findPlanes(viewOf(xyz), &few, {}).diagnostics.method, PlaneSearchMethod::MultiRansac);
@@ -296,6 +297,8 @@ TEST(MultiPlaneAutomatic, ChoosesByNumberOfPoints) {
   // Rows whose neighbours are none in space.
   addSquare(xyz, 80, 0.0f, 0.0f, 2.0f);
   const PointsView two = viewOf(xyz);
+  EXPECT_EQ(findPlanes(two, nullptr, {}).diagnostics.method, PlaneSearchMethod::Sequential)
+      << "two points in some pixels";
   std::vector<float> mixed;
   for (std::size_t i = 0; i < two.size; ++i)
     for (int k = 0; k < 3; ++k) mixed.push_back(two.point(i * 5003 % two.size)[k]);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <vector>
@@ -80,14 +81,64 @@ TEST(OrganizedPlanes, AnImageWithoutThePixelsThatMeasuredNothingHasItsPlanes) {
     for (int& inlier : inliers) inlier = pixels[static_cast<std::size_t>(inlier)];
     EXPECT_EQ(inliers, expected.planes[k].inliers);
   }
-  // Points in another order are searched as they are.
-  std::vector<float> mixed;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const float* p = dense.data() + 3 * (7919 * i % pixels.size());
-    mixed.insert(mixed.end(), p, p + 3);
+}
+
+/// Cameras along each axis and scanners about each.
+TEST(OrganizedPlanes, AShuffledImageHasItsPlanes) {
+  DepthScene scene = cornerOfARoom();
+  scene.render(0.0015, 0.2, 2);
+  const PlaneSet expected = search(scene, organized());
+  const Vector3 sensor(0.5, -2.0, 1.0);
+  MultiPlaneParams params = organized();
+  params.method = PlaneSearchMethod::Automatic;
+  for (const int turn : {0, 1, 2}) {
+    std::vector<float> mixed;
+    Indices pixels;
+    const std::size_t all = scene.truth.size();
+    for (std::size_t i = 0; i < all; ++i) {
+      const std::size_t pixel = 7919 * i % all;
+      if (!scene.view().isMeasured(pixel)) continue;
+      const Vector3 p = scene.view().point(pixel);
+      const Vector3 turned(p[turn], p[(turn + 1) % 3], p[(turn + 2) % 3]);
+      for (int axis = 0; axis < 3; ++axis)
+        mixed.push_back(static_cast<float>(turned[axis] + sensor[axis]));
+      pixels.push_back(static_cast<int>(pixel));
+    }
+    const PlaneSet found = findPlanes({mixed.data(), pixels.size()}, nullptr, params, sensor);
+    EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::Organized) << turn;
+    ASSERT_EQ(found.planes.size(), expected.planes.size()) << turn;
+    for (std::size_t k = 0; k < found.planes.size(); ++k) {
+      const Indices& inliers = found.planes[k].inliers;
+      EXPECT_TRUE(std::is_sorted(inliers.begin(), inliers.end()));
+      Indices of_image;
+      for (const int i : inliers) of_image.push_back(pixels[static_cast<std::size_t>(i)]);
+      std::sort(of_image.begin(), of_image.end());
+      Indices same;
+      std::set_intersection(of_image.begin(), of_image.end(), expected.planes[k].inliers.begin(),
+                            expected.planes[k].inliers.end(), std::back_inserter(same));
+      EXPECT_GE(static_cast<double>(same.size()),
+                0.97 * static_cast<double>(expected.planes[k].inliers.size()))
+          << turn;
+    }
   }
-  EXPECT_EQ(findPlanes({mixed.data(), pixels.size()}, nullptr, params).diagnostics.method,
-            PlaneSearchMethod::Sequential);
+}
+
+TEST(OrganizedPlanes, AShuffledScanByAnglesIsAnImage) {
+  // A corner of two walls and a floor, by azimuth and elevation from x forward.
+  std::vector<float> xyz;
+  for (int i = 0; i < 200 * 150; ++i) {
+    const int pixel = static_cast<int>(7919LL * i % (200 * 150));
+    const double azimuth = (pixel % 200 - 100) * 0.005;
+    const double elevation = (pixel / 200 - 75) * 0.005;
+    const Vector3 ray(std::cos(elevation) * std::cos(azimuth),
+                      std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+    const double range = std::min({3.0 / (ray.x() + 0.5 * ray.y()), 3.0 / (ray.x() - 0.5 * ray.y()),
+                                   ray.z() < 0.0 ? -0.8 / ray.z() : 1e9});
+    for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
+  }
+  const PlaneSet found = findPlanes({xyz.data(), xyz.size() / 3}, nullptr, {});
+  EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::Organized);
+  EXPECT_EQ(found.planes.size(), 3u);
 }
 
 TEST(OrganizedPlanes, ZerosAmongListedPointsAreNoMeasurements) {
