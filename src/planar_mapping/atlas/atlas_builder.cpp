@@ -9,7 +9,6 @@
 #include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
-#include "planar_mapping/atlas/plane_links.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/geometry/angles.h"
@@ -79,7 +78,6 @@ void AtlasBuilder::begin(std::size_t track) {
   next.session = session_;
   next.component = next.id;
   if (open_) {
-    findPlaneLinks();
     closed_bytes_ += open_->memoryBytes();
     const Submap& last = data_.submaps.back();
     joined_.set(static_cast<std::int32_t>(last.id), last.map, last.T_world_submap);
@@ -168,50 +166,10 @@ void AtlasBuilder::linkTrack(const JoinedSubmap& joined) {
   tracks_.erase(other);
 }
 
-/// From the submap that is closed to earlier ones of its track that it overlaps.
-void AtlasBuilder::findPlaneLinks() {
-  if (getenv("PM_PLANES") == nullptr) return;
-  const bool only_neighbours = getenv("PM_PLANES")[0] == 'n';
-  const Submap& closed = data_.submaps.back();
-  const auto boxOf = [](const Submap& submap) {
-    Vector3 low, high;
-    Eigen::AlignedBox3d box;
-    if (!submap.map->bounds(low, high)) return box;
-    for (int corner = 0; corner < 8; ++corner)
-      box.extend(submap.T_world_submap *
-                 Eigen::AlignedBox3d(low, high).corner(
-                     static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-    return box;
-  };
-  const Eigen::AlignedBox3d own = boxOf(closed);
-  Matrix6 covariance = Matrix6::Zero();
-  std::int64_t at = closed.id;
-  std::vector<Link> found;
-  for (auto link = data_.links.rbegin(); link != data_.links.rend(); ++link) {
-    if (link->kind != LinkKind::Neighbour || link->to_submap != at) continue;
-    covariance += link->covariance;
-    at = link->from_submap;
-    const Submap& earlier = detail::rowOf(data_.submaps, at);
-    if (!own.intersects(boxOf(earlier))) continue;
-    const Pose T = closed.T_world_submap.inverse() * earlier.T_world_submap;
-    std::optional<Link> one = planeLink(earlier, closed, T, covariance);
-    if (one) found.push_back(*one);
-    if (only_neighbours) break;
-  }
-  if (found.empty()) return;
-  for (Link& link : found) {
-    link.id = detail::nextId(data_.links);
-    data_.links.push_back(link);
-  }
-  solvePoseGraph(data_);
-  fprintf(stderr, "plane links of %d: %zu, first planes %zu of %zu\n", int(closed.id), found.size(), found[0].evidence.inliers, found[0].evidence.matches);
-}
-
 /// \return how many were added at the end of the links
 std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
   std::size_t found = 0;
   std::vector<std::int64_t> neighbours;
-  if (getenv("PM_NEIGHBOURS") == nullptr)
   for (const Link& link : data_.links)
     if (link.kind == LinkKind::Neighbour && link.to_submap == key.submap)
       neighbours.push_back(link.from_submap);
@@ -224,7 +182,6 @@ std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
 }
 
 void AtlasBuilder::finish() {
-  if (open_) findPlaneLinks();
   is_over_ = true;
   is_joined_ = false;
 }

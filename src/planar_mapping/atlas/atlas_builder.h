@@ -105,7 +105,6 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   void begin(std::size_t track);
   void updateJoined();
   std::size_t findLoops(const Keyframe& key);
-  void findPlaneLinks();
   void linkTrack(const JoinedSubmap& joined);
 
   SubmapParams params_;
