@@ -134,13 +134,13 @@ TEST_F(AtlasRuns, MergedAtlasesAreLinkedWhereBothHaveBeen) {
 
 TEST_F(AtlasRuns, CellsAreThoseOfTheAtlasOrTheRunIsRefusedAtOnce) {
   const std::string file = building();
-  const std::string before = read("building.atlas");
-  const double side = loadAtlas(file).submaps[0].map->params().approximation.resolution;
+  const AtlasData before = loadAtlas(file);
+  const double side = before.submaps[0].map->params().approximation.resolution;
   const std::string key = "planar_cuboid_approximation.resolution_m=";
   const ProgramResult refused =
       run("out", {"--frames", "12:", "--atlas", file, "--set", key + std::to_string(2.0 * side)});
   expectExit(4, refused, file + ": submap 0 has cells of ");
-  EXPECT_TRUE(before == read("building.atlas"));
+  test::expectSame(before, loadAtlas(file));
   EXPECT_FALSE(exists("out/map.pmap"));
   // A wall at arm's length alone would get smaller cells.
   expectExit(0, run("auto", {"--frames", "12:", "--atlas", file, "--set", key + "auto"}));
