@@ -106,6 +106,7 @@ MECHANISMS = [
      "bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<TilePart>& parts,\n"
      "                                const PartList& list) const {\n", None),
     ("rim of another", "planes/unorganized/leaf_planes.cpp", "|| isRimOfAnother(voters)", "|| (!OFF && isRimOfAnother(voters))"),
+    ("rejected once", "planes/unorganized/leaf_planes.cpp", "if (wasRejected(best)) continue;", "if (!OFF && wasRejected(best)) continue;"),
     ("coherence of leaves", "planes/unorganized/leaf_planes.cpp",
      "if (!keepCoherent(proposal.plane, voters) ||", "if ((!OFF && !keepCoherent(proposal.plane, voters)) ||"),
     ("agreement of cells", "planes/unorganized/sequential_planes.cpp",

@@ -265,10 +265,26 @@ void exportAtlas(const AtlasArguments& arguments) {
 
 void mergeFiles(const AtlasArguments& arguments) {
   requireNew(arguments.output, arguments.force);
-  std::vector<AtlasData> atlases;
-  for (const std::string& file : arguments.files) atlases.push_back(read(file));
-  const AtlasData merged = mergeAtlases(atlases);
+  AtlasData merged;
+  std::size_t loops = 0;
+  for (const std::string& file : arguments.files) {
+    AtlasData added = read(file);
+    if (!merged.submaps.empty()) {
+      try {
+        requireFits(added, merged.submaps.front().map->params());
+      } catch (const InputError& error) {
+        throw InputError(file + ": " + error.what() + " as " + arguments.files.front() + " has");
+      }
+    }
+    const std::size_t first = merged.keyframes.size();
+    addAtlas(merged, std::move(added));
+    loops += addLoops(merged, first, 0);
+  }
+  if (loops > 0) solvePoseGraph(merged);
   writeResults([&]() { saveAtlas(merged, arguments.output, arguments.overwrite()); });
+  if (arguments.files.size() > 1)
+    std::cout << detail::counted(loops, "loop") << " between them, "
+              << detail::counted(componentsOf(merged).size(), "component") << '\n';
 }
 
 void split(const AtlasArguments& arguments) {

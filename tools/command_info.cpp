@@ -37,7 +37,10 @@ Json mapInfo(const std::string& path) {
     info["origin_m"] = toJson(origin);
   info["unknown_cells"] = map.unknownCells();
   info["memory_bytes"] = map.memoryBytes();
-  info["file_bytes"] = fs::file_size(path);
+  const std::vector<io::MapTile> tiles = io::mapTilesOf(path);
+  std::uintmax_t bytes = tiles.empty() ? fs::file_size(path) : 0;
+  for (const io::MapTile& tile : tiles) bytes += fs::file_size(tile.path);
+  info["file_bytes"] = bytes;
   // A first frame that is not moved gives the map its coordinates.
   const auto& poses = map.trajectory();
   const bool is_first =
@@ -105,6 +108,7 @@ Json sequenceInfo(const std::string& path, const io::SequenceOptions& options) {
 Json infoOf(const std::string& given, const io::SequenceOptions& options) {
   const std::string path = io::mapFileOf(given);
   std::error_code ignored;
+  if (!io::mapTilesOf(path).empty()) return mapInfo(path);
   if (fs::is_directory(path, ignored)) return sequenceInfo(path, options);
   if (io::recognizeCloudFile(path) != io::CloudFormat::None) return cloudInfo(path, options.scale);
   try {

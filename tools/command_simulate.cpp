@@ -6,7 +6,7 @@
 #include <map>
 #include <memory>
 
-#include "evaluation/simulation/simulation.h"
+#include "evaluation/simulation/simulated_sequence.h"
 #include "frame_command.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/spelling.h"
@@ -48,9 +48,11 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       .add_option(
           "--write", arguments.content,
           "clouds: measured clouds; images: rectified pairs with the truth of their pixels; "
-          "both: images, and the clouds in DIR/measured")
-      ->transform(CLI::IsMember({"clouds", "images", "both"}, CLI::ignore_case))
-      ->option_text("clouds|images|both [clouds]");
+          "both: images, and the clouds in DIR/measured; description: nothing but what RGB-D "
+          "frames "
+          "are made from by whoever reads DIR")
+      ->transform(CLI::IsMember({"clouds", "images", "both", "description"}, CLI::ignore_case))
+      ->option_text("clouds|images|both|description [clouds]");
   command.add_option("--frames", params.frames, "Frames along the path, >= 1");
   command
       .add_option("--path", arguments.path,
@@ -72,12 +74,13 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command
       .add_option("--odometry-drift", arguments.drift,
                   "Also writes odometry.txt, the poses as an odometer has them: off by so many "
-                  "metres and degrees in the end, growing evenly")
+                  "metres and degrees in the end, growing evenly, every second walk the other way")
       ->delimiter(',')
       ->expected(2)
       ->option_text("METRES,DEGREES");
   command.add_flag("--moving", params.moving,
-                   "Adds a person who leaves and, in the corridor, a door that opens");
+                   "Adds a person who leaves, in the corridor a door that opens, in the building "
+                   "people who walk about");
   command
       .add_option("--seed", params.seed,
                   "Seed of the noise, and of the layout of white and building")
@@ -126,6 +129,7 @@ void simulate(const SimulateArguments& arguments) {
     one.walks = 1;
     for (int walk = 0; walk < arguments.walks; ++walk) {
       one.params.walk = walk;
+      for (double& drift : one.drift) drift *= walk > 0 ? -1.0 : 1.0;
       one.directory = arguments.directory + "/walk_" + std::to_string(walk);
       simulate(one);
     }
@@ -138,7 +142,11 @@ void simulate(const SimulateArguments& arguments) {
     if (show) countFrames(done, simulation.size());
   };
   writeResults([&]() {
-    evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
+    if (arguments.content == "description") {
+      evaluation::writeDescription(simulation, arguments.directory, arguments.force);
+    } else {
+      evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
+    }
     if (!arguments.drift.empty())
       writeOdometry(arguments.directory, arguments.drift, arguments.force);
   });
@@ -156,6 +164,7 @@ void addSimulateCommand(CLI::App& app, int&) {
       app.add_subcommand("simulate", "A stereo sequence of a generated scene with exact truth");
   const auto arguments = std::make_shared<SimulateArguments>();
   arguments->params.threads = 0;
+  io::setFrameMaker(evaluation::openSimulation);
   addOptions(*command, *arguments);
   command->callback([arguments]() {
     evaluation::SimulationParams& params = arguments->params;
@@ -164,7 +173,7 @@ void addSimulateCommand(CLI::App& app, int&) {
     if (arguments->walks > 1 && params.scene != "building")
       throw UsageError("--walks is of the building");
     params.clouds = arguments->content != "images";
-    params.images = arguments->content != "clouds";
+    params.images = arguments->content == "images" || arguments->content == "both";
     if (arguments->perfect) {
       const double baseline = params.sensor.baseline;
       params.sensor = evaluation::StereoSensorParams::perfect();

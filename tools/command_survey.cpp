@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <charconv>
 #include <csignal>
 #include <iostream>
 #include <memory>
@@ -27,9 +26,8 @@ struct SurveyArguments : FrameArguments {
   std::string plan;
   std::string output;
   std::size_t piece = 0;
-  std::string earlier;  ///< "J" or "A:B"
   std::optional<std::int64_t> component;
-  double tile = 0.0;  ///< metres
+  std::optional<std::size_t> tile;
   int threads = 1;
   bool allow_missing = false;
 };
@@ -49,8 +47,7 @@ void plan(SurveyArguments& arguments) {
   });
   if (!arguments.quiet)
     std::cout << arguments.output << ": " << detail::counted(made.pieces.size(), "piece") << " of "
-              << detail::counted(made.sequences.size(), "sequence") << ", "
-              << detail::counted(made.searches.size(), "job") << " for links\n";
+              << detail::counted(made.sequences.size(), "sequence") << '\n';
 }
 
 void tell(const SurveyReport& report, bool as_json) {
@@ -61,28 +58,12 @@ SurveyJobs jobsOf(const SurveyArguments& arguments) {
   return {io::readWholeText(arguments.plan), arguments.plan, arguments.output};
 }
 
-/// "J" or "A:B".
-SurveySearch searchOf(const SurveyArguments& arguments) {
-  SurveySearch search;
-  search.piece = arguments.piece;
-  const std::string& text = arguments.earlier;
-  const char* const end = text.data() + text.size();
-  std::from_chars_result read = std::from_chars(text.data(), end, search.first);
-  search.last = search.first + 1;
-  if (read.ec == std::errc() && read.ptr != end && *read.ptr == ':')
-    read = std::from_chars(read.ptr + 1, end, search.last);
-  if (read.ec != std::errc() || read.ptr != end)
-    throw UsageError("'" + text + "' is no piece J and no pieces A:B, A to B - 1");
-  return search;
-}
-
-void join(SurveyArguments& given) {
+void tile(SurveyArguments& given) {
   const SurveyJobs jobs(given.plan);
-  if (given.tile <= 0.0)
-    return tell(jobs.join(given.output, given.component, given.threads), given.json);
-  for (const SurveyReport& report :
-       jobs.joinTiles(given.output, given.tile, given.component, given.threads))
-    tell(report, given.json);
+  const std::size_t first = given.tile.value_or(0);
+  const std::size_t last = given.tile ? first + 1 : jobs.tileCount();
+  for (std::size_t number = first; number < last; ++number)
+    tell(jobs.tile(number, given.threads), given.json);
 }
 
 }  // namespace
@@ -93,7 +74,9 @@ void solveSurvey(const std::string& folder, bool allow_missing, bool json) {
 
 int runSurvey(const std::string& plan, const std::string& output, int threads, bool quiet) {
   const SurveyJobs jobs(io::readWholeText(plan), plan, output);
-  const std::size_t all = jobs.plan().pieces.size() + jobs.plan().searches.size() + 2;
+  const std::size_t pieces = jobs.plan().pieces.size();
+  const bool is_tiled = jobs.plan().params.tile > 0.0;
+  std::size_t all = 2 * pieces + (is_tiled ? 1 : 2);
   std::size_t done = 0;
   const auto wasStopped = [&](const SurveyReport& report) {
     ++done;
@@ -103,14 +86,22 @@ int runSurvey(const std::string& plan, const std::string& output, int threads, b
     std::cerr << "planar_map: interrupted; the same command goes on\n";
     return true;
   };
-  for (std::size_t piece = 0; piece < jobs.plan().pieces.size(); ++piece)
+  for (std::size_t piece = 0; piece < pieces; ++piece)
     if (wasStopped(jobs.submap(piece, threads))) return kInterrupted;
-  for (const SurveySearch& search : jobs.plan().searches)
-    if (wasStopped(jobs.links(search))) return kInterrupted;
+  if (wasStopped(jobs.places())) return kInterrupted;
+  for (std::size_t piece = 1; piece < pieces; ++piece)
+    if (wasStopped(jobs.links(piece))) return kInterrupted;
   if (wasStopped(jobs.solve())) return kInterrupted;
-  const std::string map = output + "/map.pmap";
-  wasStopped(jobs.join(map, std::nullopt, threads));
-  if (!quiet) std::cout << map << '\n';
+  std::string result = output;
+  if (is_tiled) {
+    all += jobs.tileCount();
+    for (std::size_t number = 0; done < all; ++number)
+      if (wasStopped(jobs.tile(number, threads))) return kInterrupted;
+  } else {
+    result += "/map.pmap";
+    wasStopped(jobs.join(result, std::nullopt, threads));
+  }
+  if (!quiet) std::cout << result << '\n';
   return kDone;
 }
 
@@ -160,7 +151,10 @@ void addSurveyCommands(CLI::App& atlas) {
   addCount("--submap-frames", arguments->params.submaps.frames,
            "Frames after which a submap is closed");
   addCount("--link-pieces", arguments->params.link_pieces,
-           "Earlier pieces that one job looks for places in");
+           "Earlier pieces that look alike and are searched for places of a piece");
+  addChecked(*planning, "--tile", arguments->params.tile, numberIn(0.0, 1e6),
+             "For a map larger than memory: it comes in tiles of this side, metres, rounded up to "
+             "whole cubes of 32 cells; 0 = one map");
 
   auto* mapping = add("submap", "Job: maps a piece", [](SurveyArguments& given) {
     tell(jobsOf(given).submap(given.piece, given.threads), given.json);
@@ -169,27 +163,42 @@ void addSurveyCommands(CLI::App& atlas) {
   addFolder(mapping);
   addThreads(mapping);
 
-  auto* linking =
-      add("links", "Job: finds the places of a piece in earlier ones", [](SurveyArguments& given) {
-        const SurveySearch search = searchOf(given);
-        tell(jobsOf(given).links(search, given.allow_missing), given.json);
-      });
+  const auto addMissing = [&](CLI::App* command) {
+    command->add_flag("--allow-missing", arguments->allow_missing,
+                      "Leave pieces out that were not mapped");
+    addJobOptions(command);
+  };
+  const auto addSurvey = [&](CLI::App* command) {
+    command->add_option("folder", arguments->plan, "Folder of the survey")->required();
+  };
+  auto* looking = add("places", "Job: which pieces look alike, once all are mapped",
+                      [](SurveyArguments& given) {
+                        tell(SurveyJobs(given.plan).places(given.allow_missing), given.json);
+                      });
+  addSurvey(looking);
+  addMissing(looking);
+
+  auto* linking = add("links", "Job: finds the places of a piece in earlier ones that look alike",
+                      [](SurveyArguments& given) {
+                        tell(jobsOf(given).links(given.piece, given.allow_missing), given.json);
+                      });
   addPlan(linking);
-  linking->add_option("earlier", arguments->earlier, "Earlier piece J, or A:B, pieces A to B - 1")
-      ->required();
   linking->add_flag("--allow-missing", arguments->allow_missing,
                     "Leave pieces out that were not mapped");
   addFolder(linking);
 
-  auto* joining = add("join", "Job: one map of a survey that was solved", join);
-  joining->add_option("folder", arguments->plan, "Folder of the survey")->required();
-  joining
-      ->add_option("-o,--output", arguments->output,
-                   "Map to write (*.pmap), or with --tile the folder of the tiles")
-      ->required();
-  addChecked(*joining, "--tile", arguments->tile, numberIn(0.0, 1e6),
-             "Side of tiles map_X_Y.pmap, metres, rounded up to whole cubes of 32 cells; 0 = one "
-             "map");
+  auto* tiling = add("tile", "Job: a tile of the map of a survey that was solved", tile);
+  addSurvey(tiling);
+  tiling->add_option("number", arguments->tile, "Number of a tile, from 0; default: all of them");
+  addJobOptions(tiling);
+  addThreads(tiling);
+
+  auto* joining =
+      add("join", "Job: one map of a survey that was solved", [](SurveyArguments& given) {
+        tell(SurveyJobs(given.plan).join(given.output, given.component, given.threads), given.json);
+      });
+  addSurvey(joining);
+  joining->add_option("-o,--output", arguments->output, "Map to write (*.pmap)")->required();
   joining->add_option("--component", arguments->component,
                       "Number of a component (info); default: that of the first submap");
   addJobOptions(joining);

@@ -94,7 +94,8 @@ struct PLANAR_MAPPING_EXPORT SceneParams {
   int floors = 3;       ///< of the building, [1, 20]
   int rooms = 8;        ///< on each floor of the building, [2, 200]
   int walk = 0;         ///< through the building: each number is another way through the same rooms
-  /// Adds what does not stay: a person who leaves, and a door that opens.
+  /// Adds what does not stay: a person who leaves, and a door that opens; people who walk through
+  /// the building.
   bool moving = false;
   std::uint64_t seed = Random::kDefaultSeed;  ///< of the layout of "white" and of the building
 

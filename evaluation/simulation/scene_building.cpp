@@ -99,6 +99,27 @@ void addStairwell(SceneBuilder& b, const Building& building) {
         {building.length() + kStairwell + 1, kHall + 2 * kRoomDepth + 2, 0.1}, kSlab);
 }
 
+/// People who walk where the camera will, so many frames ahead of it, one after the other: each is
+/// in a stretch of frames, and leaves.
+void addPeople(SceneBuilder& b) {
+  constexpr std::size_t kAhead = 16, kStretch = 40, kEvery = 60;  // frames
+  constexpr double kNear = 0.8;  // metres: nobody stands in front of the lens
+  const Material skin{0xC79A7B, Pattern::Speckles, 0.8};
+  std::vector<Vector3> feet;
+  for (const Pose& pose : b.scene.path)
+    feet.emplace_back(pose.translation() - Vector3(0, 0, kEyes));
+  for (std::size_t i = 0; i + kAhead < feet.size(); ++i) {
+    if (i % kEvery >= kStretch || (feet[i + kAhead] - feet[i]).norm() < kNear) continue;
+    Random random(b.params.seed, kWalks - 2 - i / kEvery);
+    const Material coat = wallOf(random);
+    const double height = 1.5 + 0.3 * random.uniform();
+    b.moveTo(0, 0);
+    b.cylinder("person", feet[i + kAhead], 0.45, height - 0.25, coat);
+    b.sphere("person_head", feet[i + kAhead] + Vector3(0, 0, height - 0.13), 0.26, skin);
+    b.onlyIn(2, static_cast<int>(i), static_cast<int>(i));
+  }
+}
+
 /// From room to room and back to the first hall: places of the eyes, metres.
 std::vector<Vector3> walkOf(const Building& building, std::uint64_t walk, double least) {
   Random random(building.seed, kWalks + walk);
@@ -147,12 +168,7 @@ std::vector<Vector3> walkOf(const Building& building, std::uint64_t walk, double
   return way;
 }
 
-}  // namespace
-
-void buildBuilding(SceneBuilder& b) {
-  const Building building(b.params);
-  for (int floor = 0; floor < building.floors; ++floor) addStorey(b, building, floor);
-  addStairwell(b, building);
+void layPath(SceneBuilder& b, const Building& building) {
   const double step = b.params.step > 0.0 ? b.params.step : kUsualStep;
   const std::vector<Vector3> way =
       walkOf(building, static_cast<std::uint64_t>(b.params.walk), step * b.params.frames);
@@ -172,6 +188,16 @@ void buildBuilding(SceneBuilder& b) {
     rest -= whole;
     yaw += turn;
   }
+}
+
+}  // namespace
+
+void buildBuilding(SceneBuilder& b) {
+  const Building building(b.params);
+  for (int floor = 0; floor < building.floors; ++floor) addStorey(b, building, floor);
+  addStairwell(b, building);
+  layPath(b, building);
+  if (b.params.moving) addPeople(b);
 }
 
 }  // namespace planar_mapping::evaluation

@@ -11,11 +11,9 @@
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
-#include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
-#include "planar_mapping/io/pose_file.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -72,6 +70,14 @@ PinholeCamera SimulationParams::camera() const {
   return {f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height};
 }
 
+io::Calibration SimulationParams::calibration() const {
+  io::Calibration calibration;
+  calibration.camera = camera();
+  calibration.baseline = sensor.baseline;
+  calibration.cx_right = calibration.camera.cx;
+  return calibration;
+}
+
 Simulation::Simulation(const SimulationParams& params) : params_(params) {
   params_.validate();
   scene_ = makeScene(params_);
@@ -100,6 +106,12 @@ void Simulation::prepare() {
     }
     timestamps_.push_back(time);
   }
+}
+
+std::vector<io::StampedPose> Simulation::trajectory() const {
+  std::vector<io::StampedPose> poses;
+  for (std::size_t i = 0; i < size(); ++i) poses.push_back({timestamps_[i], scene_.path[i]});
+  return poses;
 }
 
 int Simulation::planeOf(std::size_t object, int face) const {
@@ -141,6 +153,7 @@ SimulatedFrame Simulation::frame(std::size_t index) const {
   };
   sensor.seed = nextSeed();
   frame.left = renderImage(scene_, frame.truth, frame.T_world_camera, rendering, sensor);
+  if (params_.left_only) return frame;
   Pose T_world_right = frame.T_world_camera;
   sensor.exposure = params_.right_exposure;
   T_world_right.translation() += params_.sensor.baseline * frame.T_world_camera.linear().col(0);
@@ -200,11 +213,8 @@ void makeDirectory(const std::string& path) {
 
 void writeCalibration(const Simulation& simulation, const std::string& directory,
                       io::Overwrite mode) {
-  io::Calibration calibration;
-  calibration.camera = simulation.params().camera();
-  calibration.baseline = simulation.params().sensor.baseline;
-  calibration.cx_right = calibration.camera.cx;
-  io::writeFileAtomically(directory + "/calib.yaml", io::toYaml(calibration), mode);
+  io::writeFileAtomically(directory + "/calib.yaml", io::toYaml(simulation.params().calibration()),
+                          mode);
 }
 
 void writeCloud(const SimulatedFrame& frame, const std::string& directory, io::Overwrite mode) {
@@ -254,14 +264,13 @@ void writeSequence(const Simulation& simulation, const std::string& directory, b
   if (images && clouds) writeCalibration(simulation, cloud_folder, mode);
   io::writeFileAtomically(directory + "/scene.json", simulation.truthJson(), mode);
 
-  std::vector<io::StampedPose> poses;
   for (std::size_t i = 0; i < simulation.size(); ++i) {
     const SimulatedFrame frame = simulation.frame(i);
     if (clouds) writeCloud(frame, cloud_folder, mode);
     if (images) writeImages(frame, directory, mode);
-    poses.push_back({frame.timestamp, frame.T_world_camera});
     if (progress) progress(i + 1);
   }
+  const std::vector<io::StampedPose> poses = simulation.trajectory();
   io::writeTumPoses(directory + "/poses.txt", poses, mode);
   if (images && clouds) io::writeTumPoses(cloud_folder + "/poses.txt", poses, mode);
 }

@@ -14,6 +14,8 @@
 #include "evaluation/simulation/stereo_sensor.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/random.h"
+#include "planar_mapping/io/calibration.h"
+#include "planar_mapping/io/pose_file.h"
 
 namespace planar_mapping::evaluation {
 
@@ -26,6 +28,7 @@ struct PLANAR_MAPPING_EXPORT SimulationParams : SceneParams {
   double plain_fraction = 0.0;  ///< of all surface, in patches: nothing to match, in [0, 1]
   bool clouds = true;           ///< measure disparities and points
   bool images = false;          ///< render the left and the right image
+  bool left_only = false;       ///< and no right one
   bool color_images = false;    ///< RGB instead of gray
   double image_noise = 1.5;     ///< standard deviation, gray levels of 255
   double right_exposure = 1.0;  ///< of the right camera, where the left one has 1; > 0
@@ -37,6 +40,7 @@ struct PLANAR_MAPPING_EXPORT SimulationParams : SceneParams {
   /// \throws ParameterError; InputError for an unknown scene
   void validate() const;
   PinholeCamera camera() const;
+  io::Calibration calibration() const;
 };
 
 /// One simulated frame: what is measured, and the truth about each pixel of the left image.
@@ -65,6 +69,7 @@ class PLANAR_MAPPING_EXPORT Simulation {
   const Scene& scene() const { return scene_; }
   const std::vector<Plane>& planes() const { return planes_.planes; }
   std::size_t size() const { return scene_.path.size(); }
+  std::vector<io::StampedPose> trajectory() const;  ///< T_world_camera
   /// \throws InputError if there is no such frame
   SimulatedFrame frame(std::size_t index) const;
   /// Index into planes() of a face of an object of the scene, -1 where curved.

@@ -5,7 +5,10 @@ plan=$(realpath "$1") out=$(realpath "$2"); shift 2
 list() { python3 -c "import json; plan = json.load(open('$plan')); $1"; }
 list "[print(i) for i in range(len(plan['pieces']))]" |
   parallel --retries 3 --halt now,fail=1 "$@" planar_map atlas submap "$plan" {} -o "$out"
-list "[print(i, f'{a}:{b}') for i, a, b in plan['links']]" |
-  parallel --retries 3 --halt now,fail=1 --colsep ' ' "$@" planar_map atlas links "$plan" {1} {2} -o "$out"
+planar_map atlas places "$out"
+list "[print(i) for i in range(1, len(plan['pieces']))]" |
+  parallel --retries 3 --halt now,fail=1 "$@" planar_map atlas links "$plan" {} -o "$out"
 planar_map atlas solve "$out"
-planar_map atlas join "$out" -o "$out/map.pmap"
+if [[ $(list "print(plan['tile_m'] > 0)") == False ]]; then exec planar_map atlas join "$out" -o "$out/map.pmap"; fi
+plan="$out/survey.json" list "[print(i) for i in range(len(plan['tiles']))]" |
+  parallel --retries 3 --halt now,fail=1 "$@" planar_map atlas tile "$out" {}

@@ -189,7 +189,7 @@ def make_plan(options):
     with tempfile.TemporaryDirectory() as folder:
         plan = os.path.join(folder, "plan.json")
         command = [options.program, "atlas", "plan", *options.inputs, "-o", plan]
-        for name in ("frames", "piece_frames", "submap_frames", "link_pieces", "seed"):
+        for name in ("frames", "piece_frames", "submap_frames", "link_pieces", "tile", "seed"):
             value = getattr(options, name)
             command += [] if value is None else ["--" + name.replace("_", "-"), str(value)]
         for assignment in options.set:
@@ -227,17 +227,23 @@ def map_survey(options):
         tail = ["-o", str(out), "--json"]
         pieces = {name: ["submap", str(path), str(i), *tail] for i, name in enumerate(names)}
         failed = do_jobs(client, "submaps", pieces, options)[1]
-        searches = {f"links of {names[i]} in pieces {first} to {last - 1}":
-                    ["links", str(path), str(i), f"{first}:{last}", *tail, *missing] for i, first, last in plan["links"]}
-        do_jobs(client, "links", searches, options)
-        do_jobs(client, "solve", {"solve": ["solve", str(out), "--json", *missing]}, options)
-        join = ["join", str(out), "-o", str(out / "map.pmap"), "--json"]
-        components = do_jobs(client, "join", {"join": join}, options)[0]
+        do_jobs(client, "places", {"places": ["places", str(out), "--json", *missing]}, options)
+        links = {f"links of {names[i]}": ["links", str(path), str(i), *tail, *missing] for i in range(1, len(names))}
+        do_jobs(client, "links", links, options)
+        components = do_jobs(client, "solve", {"solve": ["solve", str(out), "--json", *missing]}, options)[0]
+        if plan["tile_m"] > 0:
+            result = out
+            tiles = json.loads((out / "survey.json").read_text())["tiles"]
+            do_jobs(client, "tiles", {f"tile {x} {y} of component {component}": ["tile", str(out), str(i), "--json"]
+                                      for i, (component, x, y) in enumerate(tiles)}, options)
+        else:
+            result = out / "map.pmap"
+            do_jobs(client, "join", {"join": ["join", str(out), "-o", str(result), "--json"]}, options)
     finally:
         client.close()
         if cluster is not None:
             cluster.close()
-    for left in out.glob(".*.tmp*"):  # of workers that were killed
+    for left in [*out.glob(".*.tmp*"), *out.glob("tiles_*/.*.tmp*")]:  # of workers that were killed
         left.unlink(missing_ok=True)
     if len(components) > 1:
         print(f"planar_map: note: {len(components) - 1} more components have no link with the first; planar_map atlas info "
@@ -245,7 +251,7 @@ def map_survey(options):
     if failed:
         print(f"planar_map: warning: {len(failed)} of {len(names)} pieces are missing in the map", file=sys.stderr)
     if not options.quiet:
-        print(out / "map.pmap")
+        print(result)
     return 5 if failed else 0
 
 
@@ -267,7 +273,7 @@ def options_of(arguments):
     parser.add_argument("-q", "--quiet", action="store_true", help="nothing but warnings and errors")
     plan = parser.add_argument_group("planning, see planar_map atlas plan --help")
     plan.add_argument("--set", action="append", default=[], metavar="STAGE.KEY=VALUE")
-    for name in ("--frames", "--piece-frames", "--submap-frames", "--link-pieces", "--seed"):
+    for name in ("--frames", "--piece-frames", "--submap-frames", "--link-pieces", "--tile", "--seed"):
         plan.add_argument(name)
     options = parser.parse_args(arguments)
     if bool(options.inputs) == bool(options.plan):

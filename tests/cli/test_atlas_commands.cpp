@@ -151,6 +151,7 @@ TEST_F(AtlasCommands, WhatCannotBeReadIsCodeFour) {
   AtlasData mixed = data_;
   mixed.submaps[1].map = test::walkedAtlas(2, 0.3).submaps[1].map;
   saveAtlas(mixed, directory_ / "mixed.atlas");
+  saveAtlas(test::walkedAtlas(1, 0.3), directory_ / "coarse.atlas");
   saveAtlas({}, directory_ / "empty.atlas");
   const std::vector<std::pair<std::string, std::string>> files = {
       {directory_ / "none.atlas", "no such file"},
@@ -176,6 +177,9 @@ TEST_F(AtlasCommands, WhatCannotBeReadIsCodeFour) {
              "has no submaps");
   expectExit(4, atlas({"export", directory_ / "mixed.atlas", directory_ / "out.pmap"}),
              "submap 1 does not fit to submap 0");
+  const std::string coarse = directory_ / "coarse.atlas";
+  expectExit(4, atlas({"merge", file_, coarse, "-o", directory_ / "out.atlas"}),
+             coarse + ": submap 0 has cells of 0.3 m, not of 0.2 m as " + file_ + " has");
   expectExit(4, planarMap({"info", file_}), "planar_map atlas info");
   for (const char* name : {"out.pmap", "out.atlas", "out"}) EXPECT_FALSE(exists(name));
 }

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
+#include "../unit/atlas/atlas_scene.h"
 #include "planar_mapping/atlas/atlas_store.h"
 #include "simulated_rgbd.h"
 
@@ -108,6 +109,42 @@ TEST_F(AtlasRuns, ASessionElsewhereStaysAComponentOfItsOwn) {
   expectExit(0,
              planarMap({"atlas", "export", file, directory_ / "again.pmap", "--component", "0"}));
   EXPECT_TRUE(first == read("again.pmap"));
+}
+
+TEST_F(AtlasRuns, MergedAtlasesAreLinkedWhereBothHaveBeen) {
+  const std::string first = building(), second = directory_ / "b.atlas";
+  expectExit(0, run("second", {"--frames", "12:", "--atlas", second}));
+  const std::string both = directory_ / "both.atlas";
+  const ProgramResult merged =
+      expectExit(0, planarMap({"atlas", "merge", first, second, "-o", both}));
+  EXPECT_NE(std::string::npos, merged.out.find(" between them, 1 component\n")) << merged.out;
+  const Json found = info(both);
+  ASSERT_EQ(1u, found["components"].size());
+  const std::size_t loops = found["links"]["loop"];
+  EXPECT_GE(loops, info(first)["links"]["loop"].get<std::size_t>() +
+                       info(second)["links"]["loop"].get<std::size_t>() + 5);
+  // In one world: where the simulated camera was.
+  expectExit(0, planarMap({"atlas", "export", both, directory_ / "both.txt"}));
+  const std::vector<io::StampedPose> poses = io::readTumPoses(directory_ / "both.txt");
+  ASSERT_EQ(kFrames, poses.size());
+  for (std::size_t i = 0; i < kFrames; ++i)
+    EXPECT_LT(
+        (poses[i].pose.translation() - room().poses[i].pose.translation()).norm(), 0.02) << i;
+}
+
+TEST_F(AtlasRuns, CellsAreThoseOfTheAtlasOrTheRunIsRefusedAtOnce) {
+  const std::string file = building();
+  const AtlasData before = loadAtlas(file);
+  const double side = before.submaps[0].map->params().approximation.resolution;
+  const std::string key = "planar_cuboid_approximation.resolution_m=";
+  const ProgramResult refused =
+      run("out", {"--frames", "12:", "--atlas", file, "--set", key + std::to_string(2.0 * side)});
+  expectExit(4, refused, file + ": submap 0 has cells of ");
+  test::expectSame(before, loadAtlas(file));
+  EXPECT_FALSE(exists("out/map.pmap"));
+  // A wall at arm's length alone would get smaller cells.
+  expectExit(0, run("auto", {"--frames", "12:", "--atlas", file, "--set", key + "auto"}));
+  EXPECT_EQ(side, loadAtlas(file).submaps.back().map->params().approximation.resolution);
 }
 
 TEST_F(AtlasRuns, ARunThatFindsPosesKeepsItsAtlasBesideTheMap) {
@@ -247,12 +284,67 @@ TEST_F(AtlasRuns, WrongUsesAreCodeTwo) {
   EXPECT_FALSE(exists("a.atlas"));
 }
 
-/// What --resume does; in one place, since it is the run that decides it.
-TEST_F(AtlasRuns, ResumingARunWithAnAtlasIsRefused) {
-  expectExit(0, run("out", {"--frames", ":2", "--atlas", file_}));
-  const std::string before = read("a.atlas");
-  expectExit(4, run("out", {"--atlas", file_, "--resume"}), "resumed");
-  EXPECT_TRUE(before == read("a.atlas"));
+/// Killed as soon as so many bytes were committed.
+ProgramOptions killedAfter(const std::string& file, std::uintmax_t bytes) {
+  ProgramOptions killed;
+  killed.while_running = [=](pid_t program, const std::string&) {
+    std::error_code none_yet;
+    const auto size = std::filesystem::file_size(file + "-wal", none_yet);
+    if (!none_yet && size > bytes) ::kill(program, SIGKILL);
+  };
+  return killed;
+}
+
+/// A second session that moves what the first one left, killed twice.
+TEST_F(AtlasRuns, AKilledRunIsResumedAsIfNothingHadHappened) {
+  const std::string whole = building();
+  const std::string bytes = read("building.atlas");
+  const std::vector<std::string> more = {"--frames", "12:", "--set",
+                                         "motion_estimation.poses=ignore"};
+  expectExit(0, run("whole", joined(more, {"--atlas", whole})));
+  const std::string file = write("killed.atlas", bytes);
+  std::size_t left = 0;
+  for (const std::uintmax_t size : {150000, 10000}) {
+    const ProgramResult killed =
+        run("out", joined(more, {"--atlas", file, "--resume"}), killedAfter(file, size));
+    ASSERT_EQ(SIGKILL, killed.signal) << killed.err;
+    const AtlasData found = loadAtlas(file);
+    ASSERT_EQ(2u, found.sessions.size());
+    EXPECT_GE(found.submaps.size(), left) << "what was committed stays";
+    left = found.submaps.size();
+  }
+  expectExit(0, run("out", joined(more, {"--atlas", file, "--resume", "-j", "1"})));
+  EXPECT_TRUE(read("whole/map.pmap") == read("out/map.pmap"));
+  EXPECT_TRUE(read("whole/trajectory_tum.txt") == read("out/trajectory_tum.txt"));
+  test::expectSame(loadAtlas(whole), loadAtlas(file));
+  EXPECT_NE(std::string::npos,
+            expectExit(0, run("out", joined(more, {"--atlas", file, "--resume"}))).err.find(
+                "is finished; nothing was done"));
+}
+
+TEST_F(AtlasRuns, AResumedRunKeepsItsOwnAtlasUntilItHasAsMuch) {
+  const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore", "--resume"};
+  expectExit(0, run("whole", found));
+  const std::string file = directory_ / "out/map.atlas";
+  ASSERT_EQ(SIGKILL, run("out", found, killedAfter(file, 400000)).signal);
+  const std::size_t left = loadAtlas(file).submaps.size();
+  ASSERT_GE(left, 2u);
+  ProgramOptions early;
+  early.while_running = [](pid_t program, const std::string& err) {
+    if (err.find("\"done\":6") != std::string::npos) ::kill(program, SIGKILL);
+  };
+  ASSERT_EQ(SIGKILL, run("out", joined(found, {"--progress", "jsonl"}), early).signal);
+  EXPECT_EQ(left, loadAtlas(file).submaps.size());
+  expectExit(0, run("out", found));
+  EXPECT_TRUE(read("whole/map.pmap") == read("out/map.pmap"));
+  test::expectSame(loadAtlas(directory_ / "whole/map.atlas"), loadAtlas(file));
+}
+
+/// Another session is added to those that are there.
+TEST_F(AtlasRuns, ResumingDoesNotReplaceASessionOfAnotherInput) {
+  const std::string file = building();
+  expectExit(0, run("out", {"--frames", "12:", "--atlas", file, "--resume"}));
+  EXPECT_EQ(2u, info(file)["sessions"].size());
 }
 
 TEST_F(AtlasRuns, AFrameIsLocalized) {

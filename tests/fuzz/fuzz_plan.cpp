@@ -79,15 +79,18 @@ RobotModel anyRobot(fuzz::Input& input) {
   return robot;
 }
 
-/// Does a cuboid whose lower end is in the robot's height stand in the middle of a cell?
+/// Does a cuboid that begins above a step stand over the middle of a cell, in the robot's height?
 bool isInObstacle(const PlanSource& source, const RobotModel& robot, const Vector3& floor) {
+  constexpr int kSamples = 16;  // of the height
+  const double step = floor.z() + robot.max_step + 1e-4;
+  const double top = floor.z() + robot.height - 1e-4;
   for (Cuboid cuboid : source.occupied) {
     const double bottom = cuboid.center.z() - reach(cuboid).z();
     cuboid.size.array() -= 1e-5;  // at its faces either is right
-    if (cuboid.state == CellState::Occupied && bottom > floor.z() + robot.max_step + 1e-4 &&
-        bottom < floor.z() + robot.height - 1e-4 &&
-        contains(cuboid, {floor.x(), floor.y(), cuboid.center.z()}))
-      return true;
+    if (cuboid.state != CellState::Occupied || bottom < step) continue;
+    for (int i = 0; i < kSamples && step < top; ++i)
+      if (contains(cuboid, {floor.x(), floor.y(), step + (top - step) * i / (kSamples - 1)}))
+        return true;
   }
   return false;
 }

@@ -58,8 +58,11 @@ def one_process(walks, tmp_path_factory):
 
 
 def expect_same(one, other):
-    names = sorted(os.listdir(one))
-    assert names == sorted(os.listdir(other))
+    def files_of(folder):
+        return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+    names = files_of(one)
+    assert names == files_of(other)
     assert filecmp.cmpfiles(one, other, names, shallow=False) == (names, [], [])
 
 
@@ -71,14 +74,32 @@ def test_any_number_of_workers_makes_the_bytes_of_one_process(workers, walks, on
     expect_same(one_process, tmp_path / "out")
 
 
+@pytest.fixture(scope="module")
+def one_process_tiled(walks, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tiled")
+    planar_map("atlas", "plan", *walks, "-o", folder / "plan.json", "-q", *CUT, "--tile", "4")
+    planar_map("run", "--plan", folder / "plan.json", "-o", folder / "out", "-q")
+    return folder / "out"
+
+
+def test_tiles_are_jobs_of_the_workers(walks, one_process_tiled, tmp_path):
+    done = cluster(*walks, *CUT, "--tile", "4", "-o", tmp_path / "out", "--workers", 2)
+    tiles = len(list((tmp_path / "out/tiles_0").glob("*.pmap")))
+    assert tiles > 3 and f"tiles {tiles}/{tiles}, took" in done.stderr
+    assert done.stdout.strip() == str(tmp_path / "out")
+    expect_same(one_process_tiled, tmp_path / "out")
+
+
 @pytest.mark.parametrize("whom", ["$PPID", "$PPID $$"], ids=["worker", "worker_and_job"])
-def test_a_worker_that_is_killed_in_each_phase_changes_nothing(whom, walks, one_process, tmp_path):
+@pytest.mark.parametrize("last", ["join", "tile"])
+def test_a_worker_that_is_killed_in_each_phase_changes_nothing(whom, last, walks, one_process, one_process_tiled, tmp_path):
     kill = f'mkdir {tmp_path}/killed_$2 2>/dev/null && (sleep 0.0$(($$ % 10)); kill -9 {whom}) &'
     program = program_that(tmp_path, f'[ "$1" = atlas ] && [ "$2" != plan ] && {kill}')
-    cluster(*walks, *CUT, "-o", tmp_path / "out", "--workers", 2, "-q", program=program)
-    killed = sorted(path.name for path in tmp_path.glob("killed_*"))
-    assert killed == ["killed_join", "killed_links", "killed_solve", "killed_submap"]
-    expect_same(one_process, tmp_path / "out")
+    tile = ["--tile", "4"] if last == "tile" else []
+    cluster(*walks, *CUT, *tile, "-o", tmp_path / "out", "--workers", 2, "-q", program=program)
+    killed = {path.name for path in tmp_path.glob("killed_*")}
+    assert killed == {f"killed_{job}" for job in ("submap", "places", "links", "solve", last)}
+    expect_same(one_process_tiled if tile else one_process, tmp_path / "out")
 
 
 def test_a_job_that_fails_is_named_and_left_out_only_when_asked(walks, one_process, tmp_path):
@@ -96,7 +117,7 @@ def test_a_job_that_fails_is_named_and_left_out_only_when_asked(walks, one_proce
 def test_results_that_were_cut_short_are_made_again(walks, one_process, tmp_path):
     out = tmp_path / "out"
     shutil.copytree(one_process, out)
-    for name in ("piece_0.atlas", "links_1_0_1.json", "survey.atlas"):
+    for name in ("piece_0.atlas", "places.json", "links_1.json", "survey.atlas"):
         (out / name).write_bytes((out / name).read_bytes()[:1000])
     cluster("--plan", out / "plan.json", "-o", out, "--workers", 2, "-q")
     expect_same(one_process, out)
@@ -177,6 +198,35 @@ def test_a_stale_plan_is_refused(walks, one_process, tmp_path):
     done = cluster(*walks, "--piece-frames", "5", "-o", one_process, "--workers", 1, code=4)
     assert "has results of another plan" in done.stderr
     assert pathlib.Path(one_process / "map.pmap").exists()
+
+
+def test_a_plan_of_files_that_changed_is_refused_by_the_job_that_reads_them(walks, tmp_path):
+    shutil.copytree(walks[1], tmp_path / "walk")
+    planar_map("atlas", "plan", tmp_path / "walk", "-o", tmp_path / "plan.json", "-q", *CUT)
+    (tmp_path / "walk/left/000002.png").write_bytes((walks[1] / "left/000003.png").read_bytes())
+    done = cluster("--plan", tmp_path / "plan.json", "-o", tmp_path / "out", "--workers", 1, code=1)
+    assert "its files have changed since the plan was made" in done.stderr
+
+
+def test_walks_without_a_common_place_are_said_to_be_components(tmp_path):
+    for seed in (3, 4):
+        planar_map("simulate", "building", "--write", "description", "--width", "160", "--height", "120", "--baseline", "0.48",
+                   "--frames", "8", "--seed", str(seed), "-q", "-o", tmp_path / f"walk_{seed}")
+    done = cluster(tmp_path / "walk_3", tmp_path / "walk_4", *CUT, "-o", tmp_path / "out", "--workers", 1)
+    assert "1 more components have no link with the first" in done.stderr
+
+
+@pytest.mark.skipif(shutil.which("parallel") is None, reason="GNU parallel is missing")
+@pytest.mark.parametrize("tile", [False, True])
+def test_gnu_parallel_does_the_same(tile, one_process, one_process_tiled, tmp_path):
+    (tmp_path / "planar_map").symlink_to(PLANAR_MAP)
+    expected = one_process_tiled if tile else one_process
+    out = tmp_path / "out"
+    out.mkdir()
+    script = pathlib.Path(__file__).parents[2] / "examples/cluster/with_parallel.sh"
+    subprocess.run([script, expected / "plan.json", out, "-j", "2"], check=True, timeout=120, capture_output=True,
+                   env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"})
+    expect_same(expected, out)
 
 
 def test_arrays_of_slurm_do_the_same(walks, one_process, tmp_path):

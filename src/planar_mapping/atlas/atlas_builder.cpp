@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
 #include "planar_mapping/atlas/pose_graph.h"
@@ -54,6 +55,7 @@ AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& ma
                            AtlasSession session, AtlasData known)
     : params_(params), map_params_(map), data_(std::move(known)) {
   params_.validate();
+  requireFits(data_, map_params_);
   session.id = detail::nextId(data_.sessions);
   session_ = session.id;
   data_.sessions.push_back(std::move(session));
@@ -109,14 +111,12 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
   if (track.last_frame) {
     const Pose step = seen.T_track_sensor.inverse() * *track.last_frame;
     path_ += step.translation().norm();
-    const Matrix6 moved = adjoint(step);
-    track.drift = moved * track.drift * moved.transpose();
+    track.drift = turnedCovariance(step, track.drift);
     track.drift.diagonal() += varianceOf(step, !seen.drift);
     if (seen.drift) track.drift += *seen.drift;
   }
   if (is_entering_) {
-    const Matrix6 A = adjoint(seen.T_track_sensor);
-    data_.links.back().covariance = A * track.drift * A.transpose();
+    data_.links.back().covariance = turnedCovariance(seen.T_track_sensor, track.drift);
     track.drift.setZero();
     is_entering_ = false;
   }
@@ -210,9 +210,11 @@ void AtlasBuilder::updateJoined() {
   is_joined_ = true;
 }
 
-bool AtlasBuilder::store(const Write& write) {
+bool AtlasBuilder::store(const Write& write, std::size_t least_frames) {
   const std::size_t whole = data_.submaps.size() - (open_ && !is_over_ ? 1 : 0);
-  if (whole <= stored_) return false;
+  std::size_t frames = 0;
+  for (std::size_t i = earlier_; i < whole; ++i) frames += data_.submaps[i].map->frames();
+  if (whole <= stored_ || frames < least_frames) return false;
   const std::int64_t first = data_.submaps[stored_].id;
   const std::int64_t end = data_.submaps[whole - 1].id + 1;
   AtlasData added;

@@ -40,7 +40,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   /// \param map      of each submap
   /// \param session  its id is given here
   /// \param known    earlier sessions, which this one may find itself in; empty = none
-  /// \throws ParameterError
+  /// \throws ParameterError; InputError if maps of earlier sessions do not fit: requireFits()
   AtlasBuilder(const SubmapParams& params, const PlanarMapParams& map, AtlasSession session,
                AtlasData known = {});
 
@@ -74,7 +74,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
 
   /// All submaps that links join with the first of this session, as one map. Valid until the next
   /// call of mapForNext().
-  /// \throws InputError if an earlier session has maps that do not fit (PlanarMap::merge())
+  /// \throws InputError if an earlier session has another vertical (PlanarMap::merge())
   const PlanarMap& map();
   using Trajectory = std::vector<std::pair<double, Pose>>;  ///< time stamps, T_world_sensor
   /// Frames of this session by component, that of the first one first; each in the order of maps.
@@ -87,8 +87,9 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   using Write = std::function<void(const AtlasData& added, const AtlasData& solved)>;
   /// Gives closed submaps that no earlier call gave to \p write, which may throw: then they are
   /// given again.
+  /// \param least_frames  nothing is given as long as the closed submaps have fewer
   /// \return whether there was a submap to give
-  bool store(const Write& write);
+  bool store(const Write& write, std::size_t least_frames = 0);
   /// Nothing follows: the open submap is closed, and map() has each one exactly where the links put
   /// it. Until then one that moved by less than half a cell stays.
   void finish();

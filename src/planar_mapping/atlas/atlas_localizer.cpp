@@ -36,11 +36,8 @@ Place placeOf(const Link& link, const Submap& submap) {
   place.T_world_sensor = submap.T_world_submap * link.T_to_from;
   place.evidence = link.evidence;
   // Errors turn about the origin of the submap there, about the sensor here.
-  Matrix6 at_sensor = Matrix6::Identity();
-  at_sensor.topRightCorner<3, 3>() = -crossMatrix(place.T_world_sensor.translation());
-  const Matrix6 A = at_sensor * adjoint(submap.T_world_submap);
-  const Matrix6 turned = A * link.covariance * A.transpose();
-  place.covariance = 0.5 * (turned + turned.transpose());
+  const Eigen::Translation3d to_sensor(-place.T_world_sensor.translation());
+  place.covariance = turnedCovariance(to_sensor * submap.T_world_submap, link.covariance);
   return place;
 }
 

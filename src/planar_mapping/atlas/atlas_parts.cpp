@@ -3,15 +3,19 @@
 #include "planar_mapping/atlas/atlas_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
 
 #include "planar_mapping/atlas/atlas_rows.h"
+#include "planar_mapping/atlas/place_finder.h"
 #include "planar_mapping/base/disjoint_parts.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/lists.h"
+#include "planar_mapping/base/number_text.h"
+#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/map/joined_map.h"
 
 namespace planar_mapping {
@@ -38,6 +42,26 @@ std::vector<std::int64_t> componentsOf(const AtlasData& data) {
   return components;
 }
 
+void requireFits(const AtlasData& data, const PlanarMapParams& params) {
+  const auto sidesOf = [](const PlanarMapParams& of) {
+    const CuboidApproximationParams& a = of.approximation;
+    const auto side = [&](double own) { return own > 0.0 ? own : a.resolution; };
+    return std::array<double, 3>{a.resolution, side(of.unknown_resolution), side(a.thickness)};
+  };
+  constexpr std::array<const char*, 3> kNames = {"cells", "cells of space", "surfaces"};
+  for (const Submap& submap : data.submaps) {
+    const std::string name = "submap " + std::to_string(submap.id) + " has ";
+    const PlanarMapParams& theirs = submap.map->params();
+    if (theirs.approximation.profile != params.approximation.profile)
+      throw InputError(name + "another profile");
+    const std::array<double, 3> sides = sidesOf(theirs), ours = sidesOf(params);
+    for (std::size_t i = 0; i < sides.size(); ++i)
+      if (sides[i] != ours[i])
+        throw InputError(name + kNames[i] + " of " + detail::numberText(sides[i]) + " m, not of " +
+                         detail::numberText(ours[i]) + " m");
+  }
+}
+
 PlanarMap joinSubmaps(const AtlasData& data, std::int64_t component) {
   JoinedMap joined;
   const Submap* first = nullptr;
@@ -58,11 +82,16 @@ PlanarMap joinSubmaps(const AtlasData& data, std::int64_t component) {
 std::vector<io::StampedPose> keyframePoses(const AtlasData& data, std::int64_t component) {
   std::unordered_map<std::int64_t, const Submap*> submap_of;
   for (const Submap& submap : data.submaps) submap_of[submap.id] = &submap;
+  Eigen::Translation3d origin = Eigen::Translation3d::Identity();
+  const auto first = submap_of.find(component);
+  if (first != submap_of.end() && first->second->map != nullptr)
+    origin = Eigen::Translation3d(first->second->map->params().origin);
   std::vector<io::StampedPose> poses;
   for (const Keyframe& keyframe : data.keyframes) {
     const Submap& submap = *submap_of.at(keyframe.submap);
     if (submap.component == component)
-      poses.push_back({keyframe.timestamp, submap.T_world_submap * keyframe.T_submap_keyframe});
+      poses.push_back(
+          {keyframe.timestamp, origin * submap.T_world_submap * keyframe.T_submap_keyframe});
   }
   return poses;
 }
@@ -134,6 +163,25 @@ AtlasData mergeAtlases(const std::vector<AtlasData>& atlases) {
   AtlasData merged;
   for (const AtlasData& atlas : atlases) addAtlas(merged, atlas);
   return merged;
+}
+
+std::size_t addLoops(AtlasData& data, std::size_t first, int threads) {
+  PlaceFinder places;
+  for (std::size_t i = 0; i < first; ++i)
+    if (PlaceFinder::knows(data.keyframes[i])) places.add(data.keyframes[i]);
+  std::vector<std::vector<Link>> found(data.keyframes.size() - first);
+  parallelFor(found.size(), threads, [&](std::size_t i) {
+    const Keyframe& key = data.keyframes[first + i];
+    if (PlaceFinder::knows(key)) found[i] = places.links(key, data.keyframes);
+  });
+  const std::size_t before = data.links.size();
+  for (std::vector<Link>& links : found) {
+    for (Link& link : links) {
+      link.id = detail::nextId(data.links);
+      data.links.push_back(link);
+    }
+  }
+  return data.links.size() - before;
 }
 
 }  // namespace planar_mapping

@@ -18,12 +18,17 @@ PLANAR_MAPPING_EXPORT void numberComponents(AtlasData& data);
 /// The components, ascending.
 PLANAR_MAPPING_EXPORT std::vector<std::int64_t> componentsOf(const AtlasData& data);
 
+/// Refuses maps that cannot be joined with one of these parameters.
+/// \throws InputError with the number of the submap and what differs
+PLANAR_MAPPING_EXPORT void requireFits(const AtlasData& data, const PlanarMapParams& params);
+
 /// One map of the submaps of a component, in its world, as JoinedMap has it.
 /// \throws InputError if there is no such component, or submaps do not fit together: their numbers
 ///         and what differs
 PLANAR_MAPPING_EXPORT PlanarMap joinSubmaps(const AtlasData& data, std::int64_t component);
 
-/// T_world_keyframe of the keyframes of a component, in the order of their numbers.
+/// T_world_keyframe of the keyframes of a component, in the order of their numbers; in the
+/// coordinates of the poses that were given, if the maps are there to say where their origin is.
 PLANAR_MAPPING_EXPORT std::vector<io::StampedPose> keyframePoses(const AtlasData& data,
                                                                  std::int64_t component);
 
@@ -43,5 +48,10 @@ PLANAR_MAPPING_EXPORT void addAtlas(AtlasData& data, AtlasData added);
 /// One atlas of several: everything of the second is numbered on from what the first has, and so
 /// on. Components of different ones stay apart until links are found.
 PLANAR_MAPPING_EXPORT AtlasData mergeAtlases(const std::vector<AtlasData>& atlases);
+
+/// Adds the loops from the keyframes from number \p first of the list on to those before it. They
+/// are to be solved: solvePoseGraph().
+/// \return how many
+PLANAR_MAPPING_EXPORT std::size_t addLoops(AtlasData& data, std::size_t first, int threads = 1);
 
 }  // namespace planar_mapping

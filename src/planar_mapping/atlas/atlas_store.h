@@ -20,6 +20,9 @@ enum class AtlasContent {
   Outline,      ///< and of keyframes only numbers, frame, source, time, pose and camera
 };
 
+/// What becomes of the session that was begun last when another one is added.
+enum class Append { ToAll, InPlaceOfLastSession };
+
 /// A file of an atlas, *.atlas: a SQLite database (docs/atlas_format.md).
 ///
 /// What append() or update() wrote is there after a crash at any moment, and of what one of them
@@ -47,6 +50,11 @@ class PLANAR_MAPPING_EXPORT AtlasStore {
   /// \param threads  of the maps (PlanarMap::deserialize()); 0 = all cores
   AtlasData load(int threads = 1, AtlasContent content = AtlasContent::All);
 
+  /// All it held when its last session began: neither the rows of that, nor what they moved.
+  AtlasData loadWithoutLastSession(int threads = 1);
+  /// Whether there is a last session, and append() wrote it: then it can be taken back.
+  bool knowsBeforeLastSession();
+
   /// The map of one submap. \throws InputError if there is none with this id
   std::shared_ptr<const PlanarMap> map(std::int64_t submap, int threads = 1);
 
@@ -54,9 +62,11 @@ class PLANAR_MAPPING_EXPORT AtlasStore {
   /// submap with its keyframes and the links that were found with it. What they refer to is in
   /// \p part or in the file.
   /// \param solved  what update() is called with in the same transaction
+  /// \param how     InPlaceOfLastSession: that one is taken back in the same transaction; it has to
+  ///                be known how
   /// \throws InputError if something has a number that is taken, refers to nothing, is not finite
   ///         or has sizes that disagree
-  void append(const AtlasData& part, const AtlasData& solved = {});
+  void append(const AtlasData& part, const AtlasData& solved = {}, Append how = Append::ToAll);
 
   /// Writes what solving changes of the submaps and links in \p solved, in one transaction: poses,
   /// components, states and residuals.

@@ -60,8 +60,8 @@ class Forest {
           parent_[child] = node;
           pose[child] =
               forward ? pose[node] * link.T_to_from.inverse() : pose[node] * link.T_to_from;
-          const Matrix6 A = adjoint(pose[link.to]);
-          covariance_[child] = covariance_[node] + A * link.covariance * A.transpose();
+          covariance_[child] =
+              covariance_[node] + turnedCovariance(pose[link.to], link.covariance);
           children[node].push_back(child);
           queue.push_back(child);
           used.push_back(edge);
@@ -147,10 +147,9 @@ class Ways {
       const bool forward = step.from == node;
       node = forward ? step.to : step.from;
       const Pose motion = forward ? step.T_to_from : step.T_to_from.inverse();
-      const Matrix6 A = adjoint(motion);
       // Of a step backwards the covariance is in the frame that it leaves.
       if (!forward) covariance += step.covariance;
-      covariance = A * covariance * A.transpose();
+      covariance = turnedCovariance(motion, covariance);
       if (forward) covariance += step.covariance;
       T = motion * T;
     }
@@ -208,15 +207,15 @@ class LinkGroup {
     for (const std::size_t member : members_) {
       const GraphLink& link = links[member];
       Pose motion = forest.pose[link.to] * link.T_to_from * forest.pose[link.from].inverse();
-      Matrix6 A = adjoint(forest.pose[link.to]);
+      Pose behind = forest.pose[link.to];
       ends.emplace_back(link.from, link.to);
       if (forest.root[link.from] > forest.root[link.to]) {
         motion = motion.inverse();
-        A = adjoint(motion) * A;
+        behind = motion * behind;
         std::swap(ends.back().first, ends.back().second);
       }
       motions.push_back(motion);
-      covariances.push_back(A * link.covariance * A.transpose());
+      covariances.push_back(turnedCovariance(behind, link.covariance));
     }
     // Within a tree the motions are next to none: both ways may be added as they are.
     const bool within = count > 0 && forest.root[ends[0].first] == forest.root[ends[0].second];
@@ -226,12 +225,11 @@ class LinkGroup {
       cycles.push_back(covariances[i] + forest.wayCovariance(ends[i].first, ends[i].second));
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const Matrix6 A = adjoint(motions[i]);
       for (std::size_t j = 0; j < i; ++j) {
         const Matrix6 way = forest.wayCovariance(ends[i].first, ends[j].first);
         Matrix6 covariance = covariances[i] + covariances[j];
         covariance += forest.wayCovariance(ends[i].second, ends[j].second);
-        covariance += within ? way : Matrix6(A * way * A.transpose());
+        covariance += within ? way : turnedCovariance(motions[i], way);
         const Eigen::LLT<Matrix6> llt(covariance);
         const double chi2 = chi2Of(motions[i] * motions[j].inverse(), llt);
         float support = kContradicts;

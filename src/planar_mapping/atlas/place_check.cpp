@@ -206,9 +206,7 @@ std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
   shared << Vector3::Constant(std::pow(kSharedDepthError * medianDepth(b), 2)),
       Vector3::Constant(kSharedTurn * kSharedTurn);
   const Matrix6 covariance = motion.covariance + Matrix6(shared.asDiagonal());
-  const Matrix6 A = adjoint(b.T_submap_keyframe);
-  const Matrix6 turned = A * covariance * A.transpose();
-  link.covariance = 0.5 * (turned + turned.transpose());
+  link.covariance = turnedCovariance(b.T_submap_keyframe, covariance);
   return link;
 }
 

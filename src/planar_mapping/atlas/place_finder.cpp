@@ -62,11 +62,8 @@ int distanceOf(const Signs& a, const Signs& b) {
 }
 
 void requireSound(const Keyframe& key) {
-  if (key.sightings.empty() && key.descriptors.empty()) return;
-  if (key.descriptor_bytes != kValues / 2 ||
-      key.descriptors.size() != key.sightings.size() * key.descriptor_bytes) {
+  if (!PlaceFinder::knows(key))
     throw InputError("keyframe " + std::to_string(key.id) + " has descriptors of another size");
-  }
 }
 
 }  // namespace
@@ -153,6 +150,12 @@ class PlaceFinder::Index {
   std::vector<Entry> entries_;
   std::array<std::unordered_map<std::uint32_t, std::vector<std::uint32_t>>, kTables> buckets_;
 };
+
+bool PlaceFinder::knows(const Keyframe& key) {
+  if (key.sightings.empty() && key.descriptors.empty()) return true;
+  return key.descriptor_bytes == kValues / 2 &&
+         key.descriptors.size() == key.sightings.size() * key.descriptor_bytes;
+}
 
 PlaceFinder::PlaceFinder() : index_(std::make_unique<Index>()) {}
 PlaceFinder::~PlaceFinder() = default;

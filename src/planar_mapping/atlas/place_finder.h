@@ -26,6 +26,8 @@ class PLANAR_MAPPING_EXPORT PlaceFinder {
   PlaceFinder(PlaceFinder&&) noexcept;
   PlaceFinder& operator=(PlaceFinder&&) noexcept;
 
+  /// Whether a keyframe has descriptors of the size that is looked for; features or not.
+  static bool knows(const Keyframe& key);
   /// About 10 kB of memory.
   /// \throws InputError for descriptors of another size than the sightings say or than those before
   void add(const Keyframe& key);

@@ -106,7 +106,7 @@ class Localizer::Impl {
     result.covariance_in_camera =
         static_cast<double>(frames_ - track.frame) * frame.prior_covariance;
     result.drift_in_camera = result.covariance_in_camera;
-    result.covariance = turnedBy(result.T_submap_camera, result.covariance_in_camera);
+    result.covariance = turnedCovariance(result.T_submap_camera, result.covariance_in_camera);
     result.evidence = evidence;
     return result;
   }
@@ -118,12 +118,10 @@ class Localizer::Impl {
     detail::ExpectedPose expected;
     const Pose T_submap_expected = expectedPose(track, frame, gap, expected);
     const std::vector<Key*> nearest = nearestKeys(submap, T_submap_expected);
-    const Pose T_submap_map = nearest[0]->T_submap_camera;
-    detail::LocalMap map, keyframes;
-    for (const Key* key : nearest) {
-      map.push_back({&key->view, T_submap_map.inverse() * key->T_submap_camera});
-      if (!key->view.corners.empty()) keyframes.push_back(map.back());
-    }
+    const auto [map, T_submap_map] = localMap(nearest);
+    detail::LocalMap keyframes;
+    for (const detail::PlacedView& view : map)
+      if (!view.view->corners.empty()) keyframes.push_back(view);
     expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
     std::optional<detail::PoseCandidate> found;
     if (track.frame + 1 == frames_) found = detail::trackPose(keyframes, view, expected);
@@ -140,7 +138,7 @@ class Localizer::Impl {
     result.T_submap_camera = T_submap_map * found->T_now_map.inverse();
     result.evidence = found->evidence;
     result.covariance_in_camera = found->covariance;
-    result.covariance = turnedBy(result.T_submap_camera, found->covariance);
+    result.covariance = turnedCovariance(result.T_submap_camera, found->covariance);
     result.is_keyframe = true;
     for (std::size_t k = 0; k < map.size(); ++k) {
       if (!nearest[k]->is_keyframe) continue;
@@ -165,7 +163,9 @@ class Localizer::Impl {
     const Pose T_submap_expected =
         movedOn(track.T_submap_camera * track.T_before_now.inverse(), track.T_before_now.inverse(),
                 static_cast<double>(gap), expected);
-    const auto [map, T_submap_map] = localMap(nearestKeys(submap, T_submap_expected));
+    const std::vector<Key*> nearest = nearestKeys(submap, T_submap_expected);
+    for (Key* key : nearest) detail::addFeatures(key->view);
+    const auto [map, T_submap_map] = localMap(nearest);
     expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
     const std::optional<detail::PoseCandidate> found =
         detail::searchPose(map, last->view, expected, static_cast<int>(gap));
@@ -174,7 +174,7 @@ class Localizer::Impl {
     joined.submap = submap;
     joined.T_other_submap =
         last->T_submap_camera * (T_submap_map * found->T_now_map.inverse()).inverse();
-    joined.covariance = turnedBy(last->T_submap_camera, found->covariance);
+    joined.covariance = turnedCovariance(last->T_submap_camera, found->covariance);
     moveInto(last->submap, joined, result);
   }
 
@@ -192,16 +192,10 @@ class Localizer::Impl {
     tracks_.erase(joined.submap);
     result.submap = other;
     result.T_submap_camera = moved.T_submap_camera;
-    result.covariance_in_camera += turnedBy(moved.T_submap_camera.inverse(), joined.covariance);
-    result.drift_in_camera += turnedBy(moved.T_submap_camera.inverse(), joined.covariance);
-    result.covariance = turnedBy(result.T_submap_camera, result.covariance_in_camera);
+    result.covariance_in_camera += turnedCovariance(moved.T_submap_camera.inverse(), joined.covariance);
+    result.drift_in_camera += turnedCovariance(moved.T_submap_camera.inverse(), joined.covariance);
+    result.covariance = turnedCovariance(result.T_submap_camera, result.covariance_in_camera);
     result.joined = joined;
-  }
-
-  static Matrix6 turnedBy(const Pose& T, const Matrix6& covariance) {
-    const Matrix6 A = adjoint(T);
-    const Matrix6 turned = A * covariance * A.transpose();
-    return 0.5 * (turned + turned.transpose());
   }
 
   struct PlacedMap {
@@ -211,10 +205,8 @@ class Localizer::Impl {
   /// The views of keyframes, in the frame of the first.
   static PlacedMap localMap(const std::vector<Key*>& keys) {
     PlacedMap map{{}, keys[0]->T_submap_camera};
-    for (Key* key : keys) {
-      detail::addFeatures(key->view);
+    for (const Key* key : keys)
       map.views.push_back({&key->view, map.T_submap_map.inverse() * key->T_submap_camera});
-    }
     return map;
   }
 

@@ -46,6 +46,9 @@ struct JoinedMap::Impl {
   std::uint64_t versions = 0;
   PlanarMap joined;
   std::vector<std::uint64_t> in_joined;  ///< versions of the submaps of `joined`, in their order
+  bool keeps_without_last = false;  ///< the last one was replaced: it grows
+  std::optional<MapData> without_last;
+  std::vector<std::uint64_t> in_without_last;  ///< of without_last
   std::size_t last_joined = 0;
 
   Submap& at(std::int32_t id) {
@@ -63,16 +66,44 @@ struct JoinedMap::Impl {
     return detail::requireJoinable(other == submaps.end() ? data : other->second.data(), data,
                                    pose);
   }
-  void join(const std::vector<const Submap*>& all, std::size_t first);
+  static bool startsWith(const std::vector<const Submap*>& all,
+                         const std::vector<std::uint64_t>& versions);
+  void dropFrom(const std::vector<const Submap*>& all);
+  void join(const std::vector<const Submap*>& all, std::size_t first, std::size_t end);
 };
 
-/// Joins submaps from the first on with what there is.
-void JoinedMap::Impl::join(const std::vector<const Submap*>& all, std::size_t first) {
+/// Are these the first ones of all?
+bool JoinedMap::Impl::startsWith(const std::vector<const Submap*>& all,
+                                 const std::vector<std::uint64_t>& versions) {
+  return versions.size() <= all.size() &&
+         std::equal(
+             versions.begin(), versions.end(), all.begin(),
+             [](std::uint64_t version, const Submap* one) { return version == one->version; });
+}
+
+/// What is joined is not the beginning of all of them: it becomes that.
+void JoinedMap::Impl::dropFrom(const std::vector<const Submap*>& all) {
+  if (!in_joined.empty()) in_joined.pop_back();
+  keeps_without_last = keeps_without_last || (!in_joined.empty() && startsWith(all, in_joined));
+  in_joined.clear();
+  joined = PlanarMap();
+  if (without_last && startsWith(all, in_without_last)) {
+    joined = PlanarMap(all.front()->map->params());
+    MapAccess::of(joined).data = *without_last;
+    in_joined = in_without_last;
+  } else {
+    without_last.reset();
+  }
+}
+
+/// Joins submaps from the first to before the end with what there is.
+void JoinedMap::Impl::join(const std::vector<const Submap*>& all, std::size_t first,
+                           std::size_t end) {
   constexpr std::size_t kAtOnce = 16;  // placed ones, which take as much memory as the submaps
   MapData& data = MapAccess::of(joined).data;
   const int threads = data.params.approximation.threads;
-  for (std::size_t begin = first; begin < all.size(); begin += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, all.size() - begin);
+  for (std::size_t begin = first; begin < end; begin += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, end - begin);
     std::vector<std::optional<MapData>> placed(count);
     parallelFor(count, threads, [&](std::size_t i) {
       const Submap& submap = *all[begin + i];
@@ -148,19 +179,19 @@ const PlanarMap& JoinedMap::map() {
   std::vector<const Impl::Submap*> all;
   for (const auto& entry : impl.submaps) all.push_back(&entry.second);
   if (all.size() == 1 && all.front()->isInPlace()) return *all.front()->map;
-  const auto same = std::mismatch(
-      impl.in_joined.begin(), impl.in_joined.end(), all.begin(), all.end(),
-      [](std::uint64_t version, const Impl::Submap* submap) { return version == submap->version; });
-  if (same.first != impl.in_joined.end() || all.empty()) {
-    impl.in_joined.clear();
-    impl.joined = PlanarMap();
-  }
+  if (all.empty() || !impl.startsWith(all, impl.in_joined)) impl.dropFrom(all);
   const std::size_t first = impl.in_joined.size();
   if (first == all.size()) return impl.joined;
   if (first == 0) impl.joined = PlanarMap(all.front()->map->params());
   MapAccess::of(impl.joined).changed();
   try {
-    impl.join(all, first);
+    const std::size_t last = all.size() - 1;
+    impl.join(all, first, last);
+    if (impl.keeps_without_last && first < last) {
+      impl.without_last = MapAccess::of(impl.joined).data;
+      impl.in_without_last = impl.in_joined;
+    }
+    impl.join(all, last, all.size());
   } catch (...) {
     impl.in_joined.clear();
     impl.joined = PlanarMap();

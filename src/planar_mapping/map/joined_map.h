@@ -60,7 +60,8 @@ class PLANAR_MAPPING_EXPORT JoinedMap {
 
   /// The joined map, valid until the next call of a function that is not const; the submap itself
   /// if there is only one, in place; an empty map if there is none. After submaps with higher ids
-  /// were added only these are joined with it; after any other change all are joined again.
+  /// were added only these are joined with it; where the last one is replaced again and again, it
+  /// alone is joined, which takes the memory of a second map; after other changes all are.
   /// Cuboids are derived when they are asked for.
   /// \throws InputError if a submap has too much space to be resampled, as PlanarMap::merge()
   const PlanarMap& map();

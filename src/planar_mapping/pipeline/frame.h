@@ -77,8 +77,6 @@ struct Frame {
   std::string skip_reason;
   /// Left by a Motion stage: the pose is no given one, the world begins with this frame.
   bool starts_world = false;
-  /// Likewise: the given pose was taken. Features only checked it, and most frames have none.
-  bool pose_taken = false;
 
   /// Where the sensor stood among the points is not known (io::CloudData::origin): rays mean
   /// nothing, and no space is classified.

@@ -210,7 +210,6 @@ void Pipeline::runMotion(Frame& frame) {
   if (frame.skip_reason.empty() && frame.track != 0 && !keepsAtlas())
     frame.skip_reason = "nothing tells where it is among the frames before; an atlas keeps it";
   countFeatures(frame.key_features, frame.features, frame.matches);
-  if (frame.pose_taken && !usesKeyFeatures(frame, sensing_size_)) frame.key_features.clear();
 }
 
 void Pipeline::runMapping(Frame& frame) {
@@ -269,7 +268,7 @@ std::optional<double> Pipeline::givenResolution() const {
     const std::optional<double> one = configured.stage->resolution();
     if (configured.enabled && one) given = one;
   }
-  return given;
+  return given ? given : atlas_resolution_;
 }
 
 CloudScale Pipeline::knownScale(const Frame& frame) const {
@@ -307,9 +306,14 @@ void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
   if (frame.without_sensor) params.unknown_space = false;
 #ifdef PLANAR_MAPPING_HAS_ATLAS
   if (atlas_plan_) {
-    atlas_ =
-        std::make_unique<AtlasBuilder>(atlas_plan_->params, params, std::move(atlas_plan_->session),
-                                       std::move(atlas_plan_->known));
+    try {
+      atlas_ = std::make_unique<AtlasBuilder>(
+          atlas_plan_->params, params, std::move(atlas_plan_->session),
+          std::move(atlas_plan_->known));
+    } catch (const InputError& error) {
+      throw InputError(atlas_plan_->name + ": " + error.what() +
+                       " as this run has: set them alike (resolution_m), or take another atlas");
+    }
     atlas_plan_.reset();
     atlas_->mapForNext();
   }
@@ -341,8 +345,14 @@ const PlanarMap& Pipeline::map() const {
 }
 
 #ifdef PLANAR_MAPPING_HAS_ATLAS
-void Pipeline::keepAtlas(const SubmapParams& params, AtlasSession session, AtlasData known) {
-  atlas_plan_ = AtlasPlan{params, std::move(session), std::move(known)};
+void Pipeline::keepAtlas(const SubmapParams& params, AtlasSession session, AtlasData known,
+                         std::string name) {
+  if (!known.submaps.empty()) {
+    const PlanarMapParams& theirs = known.submaps.front().map->params();
+    atlas_resolution_ = theirs.approximation.resolution;
+    atlas_origin_ = theirs.origin;
+  }
+  atlas_plan_ = AtlasPlan{params, std::move(session), std::move(known), std::move(name)};
 }
 
 void Pipeline::addToAtlas(Frame& frame) {
@@ -378,7 +388,9 @@ void Pipeline::addToAtlas(Frame& frame) {
 /// own next to the first pose.
 void Pipeline::moveToOrigin(Frame& frame) {
   if (!frame.given_pose) return;
-  if (!origin_) origin_ = originNear(frame.given_pose->translation());
+  const Vector3 place = frame.given_pose->translation();
+  if (!origin_)
+    origin_ = originNear(place - atlas_origin_).isZero() ? atlas_origin_ : originNear(place);
   frame.given_pose->pretranslate(-*origin_);
   frame.T_world_sensor = *frame.given_pose;
 }

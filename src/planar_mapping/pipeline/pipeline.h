@@ -96,8 +96,12 @@ class PLANAR_MAPPING_EXPORT Pipeline {
 #ifdef PLANAR_MAPPING_HAS_ATLAS
   /// The map is made of submaps, places are recognised by the images, and loops move the submaps.
   /// Before the first frame.
-  /// \param known  what earlier runs left
-  void keepAtlas(const SubmapParams& params, AtlasSession session, AtlasData known = {});
+  /// \param known  what earlier runs left: cells that are `auto` are as large as theirs, and
+  ///               coordinates have their origin where that is near. Others are refused with the
+  ///               first frame
+  /// \param name   of the atlas, for messages
+  void keepAtlas(const SubmapParams& params, AtlasSession session, AtlasData known = {},
+                 std::string name = "");
   /// Null without keepAtlas(), and before the first frame in the map.
   AtlasBuilder* atlas() const {
     return atlas_.get();
@@ -133,6 +137,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
     SubmapParams params;
     AtlasSession session;
     AtlasData known;
+    std::string name;
   };
   std::optional<AtlasPlan> atlas_plan_;  ///< until the map begins
   std::unique_ptr<AtlasBuilder> atlas_;
@@ -150,6 +155,8 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   bool has_begun_ = false;           ///< the map; the stages of section 3 are adapted
   std::optional<ImagesUp> mean_up_;  ///< of the images of all given poses
   std::optional<Vector3> origin_;    ///< PlanarMapParams::origin, once there was a pose
+  std::optional<double> atlas_resolution_;   ///< of the maps of earlier runs
+  Vector3 atlas_origin_ = Vector3::Zero();  ///< likewise
   std::size_t counted_frames_ = 0;   ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;
   int waits_ = 0;  ///< frames for which a better one was waited

@@ -11,7 +11,7 @@ namespace planar_mapping {
 
 /// Version of the interface between the pipeline and stages in shared libraries. It is raised when
 /// stage.h, frame.h, parameter.h or what they hold changes.
-inline constexpr int kPluginInterface = 9;
+inline constexpr int kPluginInterface = 10;
 
 /// Adds the stages of a shared library, which stays loaded to the end of the program.
 /// \throws IoError if it is missing, no such library, made for another version, or brings a stage

@@ -26,12 +26,37 @@ void removeAtlas(const std::string& path) {
     std::filesystem::remove(path + suffix, ignored);
 }
 
+/// Their number changes nothing.
+std::string withoutThreads(std::string yaml) {
+  const std::size_t line = yaml.find("threads:");
+  if (line != std::string::npos) yaml.erase(line, yaml.find('\n', line) + 1 - line);
+  return yaml;
+}
+
 }  // namespace
 
 struct RunAtlas::Store {
+  /// Goes on where the last session of the file is that of this run, which was interrupted.
+  /// \return what there was before it; nothing if it is another one
+  std::optional<AtlasData> resume(const AtlasSession& session, int threads);
+
   std::string path;
   std::optional<AtlasStore> file;
+  Append how = Append::ToAll;
+  std::size_t frames = 0;  ///< of the session in the file that is to be replaced
 };
+
+std::optional<AtlasData> RunAtlas::Store::resume(const AtlasSession& session, int threads) {
+  if (!file->knowsBeforeLastSession()) return std::nullopt;
+  const AtlasData all = file->load(threads, AtlasContent::Outline);
+  const AtlasSession& last = all.sessions.back();
+  if (last.source != session.source || last.configuration != session.configuration)
+    return std::nullopt;
+  for (const Submap& submap : all.submaps)
+    if (submap.session == last.id) frames += file->map(submap.id, threads)->frames();
+  how = Append::InPlaceOfLastSession;
+  return file->loadWithoutLastSession(threads);
+}
 
 RunAtlas::~RunAtlas() = default;
 
@@ -39,14 +64,25 @@ void RunAtlas::open(const RunOptions& options, const std::string& own,
                     const std::vector<std::string>& inputs) {
   const bool is_own = options.atlas.empty();
   if (is_own && own.empty()) return;
-  if (!is_own && options.resume)
-    throw InputError(options.atlas + ": a run with an atlas cannot be resumed; run it again");
   store_ = std::make_unique<Store>();
   store_->path = is_own ? own : options.atlas;
-  AtlasData known;
-  if (!is_own && std::filesystem::exists(store_->path)) {
-    known = loadAtlas(store_->path, pipeline_.configuration().settings.threads);
-    writingResult([&]() { store_->file = AtlasStore::open(store_->path, AtlasAccess::Write); });
+  AtlasSession session;
+  for (const std::string& name : inputs)
+    session.source += (session.source.empty() ? "" : ", ") + name;
+  session.configuration = withoutThreads(effectiveYaml(pipeline_.configuration()));
+  const int threads = pipeline_.configuration().settings.threads;
+  std::optional<AtlasData> known;
+  if (std::filesystem::exists(store_->path) && (!is_own || options.resume)) {
+    if (!is_own) known = loadAtlas(store_->path, threads);
+    try {
+      writingResult([&]() { store_->file = AtlasStore::open(store_->path, AtlasAccess::Write); });
+      std::optional<AtlasData> before;
+      if (options.resume) before = store_->resume(session, threads);
+      if (before) known = std::move(before);
+    } catch (const Error&) {
+      if (!is_own) throw;  // else it is made anew
+    }
+    if (!known) store_->file.reset();
   } else if (!is_own) {
     writingResult(
         [&]() { AtlasStore::create(store_->path); });  // what cannot be written is said at once
@@ -54,24 +90,24 @@ void RunAtlas::open(const RunOptions& options, const std::string& own,
   }
   SubmapParams params;
   params.frames = options.submap_frames;
-  AtlasSession session;
-  for (const std::string& name : inputs)
-    session.source += (session.source.empty() ? "" : ", ") + name;
-  session.configuration = effectiveYaml(pipeline_.configuration());
-  pipeline_.keepAtlas(params, std::move(session), std::move(known));
+  pipeline_.keepAtlas(params, std::move(session), std::move(known).value_or(AtlasData()),
+                      store_->path);
 }
 
 void RunAtlas::storeSubmaps() {
   if (pipeline_.atlas() == nullptr) return;
-  pipeline_.atlas()->store([this](const AtlasData& added, const AtlasData& solved) {
+  const auto write = [this](const AtlasData& added, const AtlasData& solved) {
     writingResult([&]() {
       if (!store_->file) {
         removeAtlas(store_->path);
         store_->file = AtlasStore::create(store_->path);
       }
-      store_->file->append(added, solved);
+      store_->file->append(added, solved, store_->how);
     });
-  });
+    store_->how = Append::ToAll;
+    store_->frames = 0;
+  };
+  pipeline_.atlas()->store(write, store_->frames);
 }
 
 std::string RunAtlas::finish() {

@@ -26,8 +26,9 @@ struct RunOptions {
   double checkpoint_s = 30.0;
   /// File of an atlas, which the run makes, or goes on in where it exists: the map is made of
   /// submaps, places are recognised by the images, loops are closed, and all is joined with what
-  /// earlier runs left in the file. Each submap is saved when it is closed. Empty = none. Not with
-  /// `resume`.
+  /// earlier runs left in the file. Each submap is saved when it is closed. Empty = none. With
+  /// `resume` the last session of the file, if it has the same input and configuration, is the
+  /// interrupted one: it stays until the run has as many frames in closed submaps, and is replaced.
   std::string atlas;
   int submap_frames = 20;                   ///< after which a submap is closed, >= 1
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save

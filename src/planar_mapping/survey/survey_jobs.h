@@ -25,6 +25,9 @@ struct SurveyReport {
 /// time, on several machines that see the same folder and inputs; the same job twice does no harm.
 /// Bytes depend on the plan and the inputs alone.
 ///
+/// Their order: submap() of all pieces, places(), links() of all pieces but the first, solve(),
+/// then join() or all tiles.
+///
 /// All throw InputError, IoError for what they read, OutputError for what they write.
 class PLANAR_MAPPING_EXPORT SurveyJobs {
  public:
@@ -39,29 +42,31 @@ class PLANAR_MAPPING_EXPORT SurveyJobs {
 
   /// Maps a piece: piece_N.atlas. \param threads  0 = all cores; the bytes are the same
   SurveyReport submap(std::size_t piece, int threads = 1) const;
-  /// Looks in the pieces [first, last) for the places of a later one: links_N_FIRST_LAST.json.
-  /// Those that are missing are left out where the search is to go on without them.
-  SurveyReport links(const SurveySearch& search, bool allow_missing = false) const;
+  /// For each piece the one before it, and the earlier ones that look most like it: places.json. One keyframe of a submap
+  /// is what others are compared with, so that memory is 10 kB a submap.
+  /// \param allow_missing  pieces that were not mapped are left out; so in the other jobs
+  SurveyReport places(bool allow_missing = false) const;
+  /// Looks for the places of a piece in those that places() says: links_N.json.
+  SurveyReport links(std::size_t piece, bool allow_missing = false) const;
   /// All pieces and links to one atlas, with poses that agree: survey.atlas. One thread; memory is
   /// that of the poses, links and one piece.
   SurveyReport solve(bool allow_missing = false) const;
-  /// One map of a component, that of the first submap where none is said.
+
+  /// Tiles of all components, once solve() is done; none where the plan asks for one map.
+  std::size_t tileCount() const;
+  /// A part of a map larger than memory: map_X_Y.pmap in tiles_C, C the number of the component.
+  /// Only the submaps that reach into it or the next ones are loaded. io::loadMap() opens the
+  /// folder as one map.
+  SurveyReport tile(std::size_t number, int threads = 1) const;
+  /// One map of a component, that of the first submap where none is said: joinSubmaps() of it, in
+  /// the memory of the map.
   SurveyReport join(const std::string& map, std::optional<std::int64_t> component = {},
                     int threads = 1) const;
 
-  /// The same as tiles of a folder, map_X_Y.pmap, for maps larger than memory: only the submaps
-  /// that reach into a tile or the next ones are loaded for it. io::loadMap() opens the folder as
-  /// one map.
-  /// \param side  of a tile, metres, see tileSide()
-  std::vector<SurveyReport> joinTiles(const std::string& folder, double side,
-                                      std::optional<std::int64_t> component = {},
-                                      int threads = 1) const;
-
  private:
   std::string pathOf(const std::string& name) const;
-  std::string recordOf(std::size_t piece) const;
-  std::string requireSolved() const;
-  std::int64_t firstComponent(const AtlasData& data) const;
+  std::string pieceOf(std::size_t piece, const char* end) const;
+  std::string requireDone(const std::string& name, const char* job) const;
   bool hasPiece(std::size_t piece, bool allow_missing) const;
 
   std::string folder_;

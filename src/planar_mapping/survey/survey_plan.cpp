@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kPlanFormat = 1;
+constexpr int kPlanFormat = 2;
 
 std::uint32_t checksumOf(const std::string& text, std::uint32_t before = 0) {
   return detail::crc32(before, reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
@@ -141,6 +141,7 @@ void cut(const io::Sequence& sequence, const FrameSelection& all, int piece_fram
 void SurveyParams::validate() const {
   if (piece_frames < 1) throw ParameterError("SurveyParams: piece_frames must be at least 1");
   if (link_pieces < 1) throw ParameterError("SurveyParams: link_pieces must be at least 1");
+  requireInRange("SurveyParams: tile", tile, 0.0, 1e6, "m");
   submaps.validate();
 }
 
@@ -195,10 +196,6 @@ SurveyPlan planSurvey(const std::vector<std::string>& sequences, Configuration c
     plan.sequences.push_back(input);
   }
   if (plan.sequences.empty()) throw InputError("there is no sequence to plan");
-  const auto at_once = static_cast<std::size_t>(params.link_pieces);
-  for (std::size_t piece = 1; piece < plan.pieces.size(); ++piece)
-    for (std::size_t first = 0; first < piece; first += at_once)
-      plan.searches.push_back({piece, first, std::min(piece, first + at_once)});
   configuration.inputs = {plan.sequences.front()};
   plan.configuration = resolved(std::move(configuration));
   return plan;
@@ -210,6 +207,7 @@ std::string toJson(const SurveyPlan& plan) {
                {"program", plan.program},
                {"piece_frames", plan.params.piece_frames},
                {"link_pieces", plan.params.link_pieces},
+               {"tile_m", plan.params.tile},
                {"submap_frames", plan.params.submaps.frames},
                {"submap_path_m", plan.params.submaps.path},
                {"sequences", plan.sequences},
@@ -220,9 +218,6 @@ std::string toJson(const SurveyPlan& plan) {
                               {"has_next", piece.has_next},
                               {"files", piece.files},
                               {"stamp", piece.stamp}});
-  json["links"] = Json::array();
-  for (const SurveySearch& search : plan.searches)
-    json["links"].push_back({search.piece, search.first, search.last});
   return json.dump(1) + "\n";
 }
 
@@ -240,6 +235,7 @@ SurveyPlan parseSurveyPlan(const std::string& text, const std::string& path) {
                        "again");
     plan.params.piece_frames = json.at("piece_frames");
     plan.params.link_pieces = json.at("link_pieces");
+    plan.params.tile = json.at("tile_m");
     plan.params.submaps.frames = json.at("submap_frames");
     plan.params.submaps.path = json.at("submap_path_m");
     plan.params.validate();
@@ -254,12 +250,6 @@ SurveyPlan parseSurveyPlan(const std::string& text, const std::string& path) {
       piece.files = row.at("files");
       piece.stamp = row.at("stamp");
       plan.pieces.push_back(piece);
-    }
-    for (const Json& row : json.at("links")) {
-      plan.searches.push_back({row.at(0), row.at(1), row.at(2)});
-      const SurveySearch& search = plan.searches.back();
-      if (search.piece >= plan.pieces.size() || search.last > search.piece)
-        throw InputError("a search for links names no pieces");
     }
   } catch (const Json::exception&) {
     throw InputError(path + ": is no plan of planar_map atlas plan, or damaged");

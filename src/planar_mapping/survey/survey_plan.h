@@ -16,7 +16,10 @@ namespace planar_mapping {
 /// How a survey is cut into jobs.
 struct SurveyParams {
   int piece_frames = 100;  ///< frames of a sequence that one job maps, >= 1
-  int link_pieces = 64;    ///< earlier pieces that one job looks for places in, >= 1
+  /// Earlier pieces that look alike and are searched for places of a piece, beside the one before
+  /// it; >= 1.
+  int link_pieces = 8;
+  double tile = 0.0;       ///< side of the tiles that the map comes in, metres; 0 = one map
   SubmapParams submaps;
 
   /// \throws ParameterError
@@ -33,22 +36,14 @@ struct SurveyPiece {
   std::uint32_t stamp = 0;  ///< CRC-32 of their names, sizes and times
 };
 
-/// One job looks in the pieces [first, last) for the places of a later one.
-struct SurveySearch {
-  std::size_t piece = 0;
-  std::size_t first = 0;
-  std::size_t last = 0;
-};
-
-/// One survey as jobs: which frames are mapped together, and which pieces are searched for the same
-/// places. It follows from the inputs and the configuration, not from who does the jobs.
+/// One survey as jobs: which frames are mapped together. It follows from the inputs and the
+/// configuration, not from who does the jobs.
 struct PLANAR_MAPPING_EXPORT SurveyPlan {
   std::string program;        ///< version of the one that made it
   std::string configuration;  ///< YAML with the seed, without inputs; what was `auto` is resolved
   SurveyParams params;
   std::vector<std::string> sequences;  ///< inputs, absolute
   std::vector<SurveyPiece> pieces;
-  std::vector<SurveySearch> searches;
   std::uint32_t checksum = 0;  ///< CRC-32 of its file
 
   /// "piece 3 (/data/walk frames 300:401:1)"

@@ -7,9 +7,13 @@
 #include <filesystem>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_parts.h"
+#include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/base/crc32.h"
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/base/spelling.h"
 #include "planar_mapping/io/atomic_file.h"
+#include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -135,6 +139,48 @@ SurveyJson readRecord(const std::string& path, std::uint32_t plan) {
     throw InputError(path + ": is damaged or cut short; do its job again");
   }
   return json;
+}
+
+SurveyReport reportOf(const std::string& job, const SurveyRecord& record, const SurveyJson& said,
+                      bool was_done) {
+  const SurveyJson& read = said.at("read");
+  const std::size_t files = read.is_array() ? read.size() : read.at("files").get<std::size_t>();
+  const SurveyJson wrote = said.contains("wrote") ? said.at("wrote") : fileRecord(record.path());
+  return {was_done,
+          job + ": read " + counted(files, "file") + ", CRC-32 " + checksumText(read.dump()) +
+              "; " + (was_done ? "done before: " : "wrote ") + wrote.at("file").get<std::string>() +
+              ", " + wrote.at("bytes").dump() + " bytes, CRC-32 " +
+              wrote.at("crc32").get<std::string>(),
+          said.dump(1)};
+}
+
+PieceRows addPiece(AtlasData& all, AtlasData piece) {
+  PieceRows rows;
+  rows.submap = nextId(all.submaps);
+  rows.keyframe = nextId(all.keyframes);
+  rows.first_submap = all.submaps.size();
+  rows.first_keyframe = all.keyframes.size();
+  rows.first_link = all.links.size();
+  addAtlas(all, std::move(piece));
+  rows.end_submap = all.submaps.size();
+  rows.end_keyframe = all.keyframes.size();
+  rows.end_link = all.links.size();
+  return rows;
+}
+
+std::optional<Link> tieBetween(const SurveyJson& piece, const SurveyJson& next) {
+  if (!piece.contains("end") || !next.contains("begin")) return std::nullopt;
+  const SurveyJson& end = piece.at("end");
+  Link link;
+  link.kind = LinkKind::Neighbour;
+  link.from_submap = end.at("submap");
+  link.to_submap = next.at("begin").at("submap");
+  link.T_to_from =
+      poseOf(next.at("begin").at("T_session_frame")) * poseOf(end.at("T_session_frame")).inverse();
+  const Matrix6 A = adjoint(link.T_to_from);
+  const Matrix6 moved = A * matrixOf(end.at("covariance")) * A.transpose();
+  link.covariance = 0.5 * (moved + moved.transpose());
+  return link;
 }
 
 }  // namespace planar_mapping::detail

@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "planar_mapping/atlas/atlas_data.h"
+#include "planar_mapping/pipeline/output.h"
+#include "planar_mapping/survey/survey_jobs.h"
 
 namespace planar_mapping::detail {
 
@@ -48,7 +50,35 @@ class SurveyRecord {
   SurveyJson read_;
 };
 
+SurveyReport reportOf(const std::string& job, const SurveyRecord& record, const SurveyJson& said,
+                      bool was_done);
+
+/// Does a job unless its result is there.
+/// \param act  gives what is said in the record, and the name of the file that it wrote
+template <typename Act>
+SurveyReport doJob(const std::string& job, const SurveyRecord& record, const Act& act) {
+  if (const std::optional<SurveyJson> done = record.done())
+    return reportOf(job, record, *done, true);
+  const std::pair<SurveyJson, std::string> made = act();
+  return reportOf(job, record,
+                  writingResult([&]() { return record.write(made.first, made.second); }), false);
+}
+
 /// \throws InputError for a record that is damaged or of another plan
 SurveyJson readRecord(const std::string& path, std::uint32_t plan);
+
+/// Where the rows of a piece begin and end in one atlas of several.
+struct PieceRows {
+  std::int64_t submap = 0;                       ///< number of its first
+  std::int64_t keyframe = 0;                     ///< likewise
+  std::size_t first_submap = 0, end_submap = 0;  ///< in the list
+  std::size_t first_keyframe = 0, end_keyframe = 0;
+  std::size_t first_link = 0, end_link = 0;
+};
+PieceRows addPiece(AtlasData& all, AtlasData piece);
+
+/// The link from the last submap of a piece to the first one of the next, by the frame they share:
+/// of their records.
+std::optional<Link> tieBetween(const SurveyJson& piece, const SurveyJson& next);
 
 }  // namespace planar_mapping::detail

@@ -39,6 +39,25 @@ TEST(AtlasParts, KeyframesArePlacedByTheirSubmaps) {
   EXPECT_EQ(data.keyframes[3].T_submap_keyframe.translation() + Vector3(1.0, 2.0, 3.0),
             poses[3].pose.translation());
   EXPECT_TRUE(keyframePoses(data, 1).empty());
+  // In the coordinates of the poses that were given, far from where cells are counted from.
+  PlanarMapParams far = data.submaps[0].map->params();
+  far.origin = Vector3(689000.0, 5334000.0, 0.0);
+  data.submaps[0].map = std::make_shared<PlanarMap>(far);
+  EXPECT_EQ(poses[3].pose.translation() + far.origin,
+            keyframePoses(data, 0)[3].pose.translation());
+}
+
+TEST(AtlasParts, MapsOfOtherCellsAreNamed) {
+  const AtlasData data = walkedAtlas(2, 0.3);
+  PlanarMapParams params = data.submaps[0].map->params();
+  EXPECT_NO_THROW(requireFits(data, params));
+  params.unknown_resolution = params.approximation.thickness = 0.3;  // as they are
+  EXPECT_NO_THROW(requireFits(data, params));
+  params.unknown_resolution = 0.6;
+  EXPECT_THROW(requireFits(data, params), InputError);
+  params = PlanarMapParams::of(Profile::Paper);
+  params.setResolution(0.3);
+  EXPECT_THROW(requireFits(data, params), InputError);
 }
 
 TEST(AtlasParts, APartKeepsWhatBelongsToItsSubmaps) {

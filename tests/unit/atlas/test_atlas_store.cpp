@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "atlas_scene.h"
+#include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/base/error.h"
 #include "temporary_directory.h"
 
@@ -40,7 +41,9 @@ std::string rowsOf(const std::string& path) {
         "SELECT id, kind, state, from_submap, to_submap, from_keyframe, to_keyframe, "
         "hex(T_to_from), hex(covariance), inliers, matches, off_plane, agreement, seen_through, "
         "log_odds, residual FROM "
-        "links"})
+        "links",
+        "SELECT submap, component, hex(T_world_submap) FROM submaps_before",
+        "SELECT * FROM links_before"})
     EXPECT_EQ(SQLITE_OK, sqlite3_exec(file, query, add, &all, nullptr)) << query;
   sqlite3_close(file);
   return all;
@@ -195,6 +198,61 @@ TEST_F(AtlasStoreTest, WhatIsNotSoundIsRefusedWhole) {
   expectSame(data, store.load());
 }
 
+/// A second session of two submaps that a loop joins with the first, and that moves it.
+AtlasData secondSession(const AtlasData& first, AtlasData& solved) {
+  AtlasData both = mergeAtlases({first, walkedAtlas(2)});
+  AtlasData second = partOf(both, [](const Submap& submap) { return submap.session == 1; });
+  Link loop = first.links.back();
+  loop.id = both.links.back().id + 1;
+  loop.to_submap = second.submaps[1].id;
+  loop.to_keyframe = second.keyframes[2].id;
+  second.links.push_back(loop);
+  for (Submap& submap : second.submaps) submap.component = 0;
+  solved.submaps = first.submaps;
+  for (Submap& submap : solved.submaps) submap.T_world_submap.translation().x() += 0.25;
+  solved.links = first.links;
+  solved.links.back().state = LinkState::Rejected;
+  solved.links.back().residual = 99.0;
+  return second;
+}
+
+TEST_F(AtlasStoreTest, TheLastSessionIsTakenBackOrReplaced) {
+  const AtlasData first = walkedAtlas(3);
+  AtlasStore store = AtlasStore::create(directory_ / "a.atlas");
+  EXPECT_FALSE(store.knowsBeforeLastSession());
+  store.append(first);
+  EXPECT_TRUE(store.knowsBeforeLastSession());
+  expectSame({}, store.loadWithoutLastSession());
+  AtlasData solved;
+  const AtlasData second = secondSession(first, solved);
+  const AtlasData part = submapOf(second, 3);
+  AtlasData begun = part;
+  begun.sessions = second.sessions;
+  store.append(begun, solved);
+  const AtlasData interrupted = store.load();
+  EXPECT_EQ(4u, interrupted.submaps.size());
+  EXPECT_TRUE(store.knowsBeforeLastSession());
+  expectSame(first, store.loadWithoutLastSession());
+  expectSame(interrupted, store.load());
+  // What fails takes nothing back.
+  AtlasData bad = second;
+  bad.links.back().to_submap = 77;
+  EXPECT_THROW(store.append(bad, solved, Append::InPlaceOfLastSession), InputError);
+  expectSame(interrupted, store.load());
+  store.append(second, solved, Append::InPlaceOfLastSession);
+  expectSame(first, store.loadWithoutLastSession());
+  // As if it had never been interrupted.
+  AtlasStore whole = AtlasStore::create(directory_ / "whole.atlas");
+  whole.append(first);
+  whole.append(second, solved);
+  expectSame(whole.load(), store.load());
+}
+
+TEST_F(AtlasStoreTest, HowItWasBeforeTheLastOfMergedSessionsIsNotKnown) {
+  saveAtlas(mergeAtlases({walkedAtlas(2), walkedAtlas(1)}), directory_ / "a.atlas");
+  EXPECT_FALSE(AtlasStore::open(directory_ / "a.atlas").knowsBeforeLastSession());
+}
+
 TEST_F(AtlasStoreTest, CreateOverwritesOnlyWhenAsked) {
   const std::string path = directory_ / "a.atlas";
   saveAtlas(walkedAtlas(1), path);
@@ -217,7 +275,7 @@ TEST_F(AtlasStoreTest, ThePageOfTheFormatHasTheSchema) {
   };
   sqlite3_exec(file, "SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL", add, &tables, nullptr);
   sqlite3_close(file);
-  EXPECT_EQ(5u, tables.size());
+  EXPECT_EQ(7u, tables.size());
   for (const std::string& sql : tables) EXPECT_NE(std::string::npos, page.find(sql)) << sql;
 }
 

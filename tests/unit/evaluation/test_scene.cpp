@@ -77,6 +77,30 @@ TEST(Scene, WalksThroughABuildingGoDifferentWaysThroughTheSameRooms) {
   EXPECT_GT(highest, 6.0) << "the third floor";
 }
 
+TEST(Scene, PeopleWalkAheadThroughTheBuildingAndLeave) {
+  SceneParams params;
+  params.scene = "building";
+  params.frames = 300;
+  params.moving = true;
+  const Scene scene = makeScene(params);
+  int with_somebody = 0;
+  for (int frame = 0; frame < params.frames; ++frame) {
+    const Vector3 eyes = scene.path[static_cast<std::size_t>(frame)].translation();
+    int people = 0;
+    for (const SceneObject& object : scene.objects) {
+      if (object.name != "person" || !object.isThere(frame)) continue;
+      ++people;
+      const Vector3 foot = object.T_world_object * Vector3(0, 0, -0.5 * object.size.z());
+      EXPECT_GT((foot - eyes).head<2>().norm() + std::abs(foot.z() - eyes.z() + 1.2), 0.8);
+      EXPECT_LT((foot - eyes).head<2>().norm(), 16 * 0.15 + 1e-9);
+    }
+    EXPECT_LE(people, 1);
+    with_somebody += people;
+  }
+  EXPECT_GT(with_somebody, 100);
+  EXPECT_LT(with_somebody, 201) << "40 of 60 frames";
+}
+
 SceneParams paramsOf(const std::string& name, int frames, Path path) {
   SceneParams params;
   params.scene = name;

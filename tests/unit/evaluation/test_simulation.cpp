@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/simulation/simulation.h"
+#include "evaluation/simulation/simulated_sequence.h"
 
 #include <gtest/gtest.h>
 
@@ -122,6 +122,28 @@ TEST(WriteSequence, IsReadBackAsASequenceWithItsPoses) {
   EXPECT_THROW(writeSequence(simulation, dir / "a/b", false), IoError);
   EXPECT_NO_THROW(writeSequence(simulation, dir / "a/b", true));
   EXPECT_THROW(writeSequence(simulation, "/proc/nowhere", false), IoError);
+}
+
+TEST(WriteDescription, FramesAreThoseOfTheSimulation) {
+  const TemporaryDirectory directory;
+  SimulationParams params = smallParams("room");
+  params.sensor.noise_px = 0.1;
+  params.seed = 7;
+  writeDescription(Simulation(params), directory.path(), false);
+  EXPECT_THROW(writeDescription(Simulation(params), directory.path(), false), IoError);
+  io::setFrameMaker(openSimulation);
+  const io::Sequence sequence({directory.path()});
+  ASSERT_EQ(io::SequenceKind::Rgbd, sequence.kind());
+  ASSERT_EQ(3u, sequence.size());
+  params.images = true;
+  const SimulatedFrame expected = Simulation(params).frame(2);
+  const io::Frame frame = sequence.read(2);
+  ASSERT_EQ(expected.xyz.size(), frame.cloud.xyz.size());
+  EXPECT_EQ(0, std::memcmp(expected.xyz.data(), frame.cloud.xyz.data(), 4 * expected.xyz.size()));
+  EXPECT_EQ(expected.left.pixels, frame.left.pixels);
+  EXPECT_EQ(expected.truth.camera.width, frame.left.width);
+  ASSERT_TRUE(frame.T_world_sensor);
+  EXPECT_LT((expected.T_world_camera.inverse() * *frame.T_world_sensor).translation().norm(), 1e-6);
 }
 
 TEST(Simulation, ThreadsChangeNothing) {

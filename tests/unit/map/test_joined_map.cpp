@@ -96,6 +96,45 @@ TEST(JoinedMap, JoinsOnlyWhatIsNew) {
   EXPECT_EQ(joined.map().serialize(), anew.map().serialize());
 }
 
+/// The open submap of a run, which is asked for again and again.
+TEST(JoinedMap, ALastOneThatGrowsIsJoinedAlone) {
+  JoinedMap joined;
+  std::vector<Pose> poses;
+  for (int id = 0; id < 5; ++id) poses.push_back(motion(0.31 * id));
+  const auto at = [&poses](int id) { return poses[static_cast<std::size_t>(id)]; };
+  for (int id = 0; id < 3; ++id) joined.set(id, submapOf(2 * id, 2 * id + 2), at(id));
+  joined.map();
+  const auto expectAsAnew = [&](int last, int frames) {
+    JoinedMap anew;
+    for (int id = 0; id <= last; ++id)
+      anew.set(id, submapOf(2 * id, 2 * id + (id < last ? 2 : frames)), at(id));
+    EXPECT_EQ(joined.map().serialize(), anew.map().serialize());
+  };
+  const auto joinedAfter = [&](int last, int frames) {
+    joined.set(last, submapOf(2 * last, 2 * last + frames), at(last));
+    joined.map();
+    const std::size_t count = joined.lastJoined();
+    expectAsAnew(last, frames);
+    return count;
+  };
+  EXPECT_EQ(1u, joinedAfter(3, 1));
+  EXPECT_EQ(4u, joinedAfter(3, 2));  // now it is known to grow
+  EXPECT_EQ(1u, joinedAfter(3, 1));
+  EXPECT_EQ(1u, joinedAfter(3, 2));
+  EXPECT_EQ(1u, joinedAfter(4, 1));
+  EXPECT_EQ(2u, joinedAfter(4, 2));  // and the one before it, which does not any more
+  EXPECT_EQ(1u, joinedAfter(4, 1));
+  poses[1] = motion(0.0, 0.1);
+  EXPECT_TRUE(joined.move(1, poses[1]));
+  joined.map();
+  EXPECT_EQ(5u, joined.lastJoined());
+  expectAsAnew(4, 1);
+  EXPECT_EQ(1u, joinedAfter(4, 2));
+  joined.remove(0);
+  joined.map();
+  EXPECT_EQ(4u, joined.lastJoined());
+}
+
 TEST(JoinedMap, StaysWhereAPoseMovesItByLessThanHalfACell) {
   JoinedMap joined;
   joined.set(0, submapOf(0, 3), Pose::Identity());

@@ -67,6 +67,7 @@ struct Description {
   SequenceKind kind = SequenceKind::Clouds;
   PoseSource pose_source = PoseSource::None;
   bool has_color = false;  ///< of RGB-D
+  bool is_made = false;    ///< frames are made when they are read, see FrameMaker
   std::vector<FrameEntry> frames = {};
   std::optional<Calibration> calibration = {};
   std::vector<std::string> notes = {};  ///< what was left out, a sentence each

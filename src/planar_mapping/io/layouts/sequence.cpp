@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <mutex>
 
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/io/depth_image.h"
@@ -81,6 +82,8 @@ std::string sizeText(const Image& image) {
   return std::to_string(image.width) + " x " + std::to_string(image.height);
 }
 
+std::unique_ptr<const FrameMaker> (*open_maker)(const std::string&) = nullptr;
+
 /// 0xRRGGBB a pixel.
 std::vector<std::uint32_t> packedColors(const Image& image) {
   std::vector<std::uint32_t> colors;
@@ -102,6 +105,8 @@ struct Sequence::Impl {
   SequenceOptions options;
   std::optional<DepthProjector> projector;
   std::optional<Undistorter> undistorter;
+  mutable std::once_flag maker_opened;
+  mutable std::unique_ptr<const FrameMaker> maker;
 
   void addInput(const std::string& input, bool only_input) {
     if (!layouts::exists(input)) throw IoError(input, "no such file or directory");
@@ -140,6 +145,14 @@ struct Sequence::Impl {
     throw InputError(input +
                      ": these are images, in the frame of their camera; the position of the sensor "
                      "(--origin, sensor_origin_m) is for clouds in the coordinates of the world");
+  }
+
+  void makeFrame(const std::string& path, const CloudChannels& channels, Frame& frame) const {
+    if (open_maker == nullptr)
+      throw IoError(path, "its frames can be made by the program planar_map only");
+    std::call_once(maker_opened, [&]() { maker = open_maker(path); });
+    maker->make(frame.index, frame);
+    if (channels.colors) frame.cloud.colors = packedColors(frame.left);
   }
 
   void readRgbd(const layouts::FrameEntry& entry, const CloudChannels& channels, bool images,
@@ -190,6 +203,13 @@ struct Sequence::Impl {
                               std::to_string(camera.width) + " x " + std::to_string(camera.height));
   }
 };
+
+FrameMaker::~FrameMaker() = default;
+
+void setFrameMaker(std::unique_ptr<const FrameMaker> (*open)(const std::string&)) {
+  open_maker = open;
+}
+
 Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions& options)
     : impl_(std::make_unique<Impl>()) {
   if (inputs.empty()) throw InputError("no input given");
@@ -268,7 +288,11 @@ Frame Sequence::read(std::size_t index, const CloudChannels& channels, bool imag
   const layouts::FrameEntry& entry = impl_->sequence.frames[index];
   switch (kind()) {
     case SequenceKind::Rgbd:
-      impl_->readRgbd(entry, channels, images, frame);
+      if (impl_->sequence.is_made) {
+        impl_->makeFrame(entry.file, channels, frame);
+      } else {
+        impl_->readRgbd(entry, channels, images, frame);
+      }
       break;
     case SequenceKind::Stereo:
       impl_->readPair(entry, frame);

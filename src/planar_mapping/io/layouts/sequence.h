@@ -57,11 +57,26 @@ struct SequenceOptions {
   bool ignore_poses = false;
 };
 
+/// Makes the frames of a folder that holds their description, simulation.json, in place of files.
+class PLANAR_MAPPING_EXPORT FrameMaker {
+ public:
+  virtual ~FrameMaker();
+  /// Sets the cloud and the gray or colour image, of the size that the calibration says. Of several
+  /// threads at once. \throws IoError, InputError
+  virtual void make(std::size_t index, Frame& frame) const = 0;
+};
+/// For all sequences opened from now on. \param open  is given the path of a simulation.json; it is
+/// called when the first frame of it is read
+PLANAR_MAPPING_EXPORT void setFrameMaker(
+    std::unique_ptr<const FrameMaker> (*open)(const std::string& path));
+
 /// A row of frames behind the inputs of the command line, recognised by content:
 /// - PCD, PLY and KITTI .bin files, in the order given;
 /// - a directory of such files, in name order;
 /// - a sequence folder: calib.yaml with clouds/, or depth/ (and rgb/), or left/ and right/, and
 ///   optionally poses.txt; clouds/ may do without calib.yaml;
+/// - simulation.json, calib.yaml and poses.txt: frames that are made when they are read
+///   (FrameMaker);
 /// - a folder as KITTI, TUM RGB-D, ICL-NUIM, EuRoC (ASL), Middlebury, 3DMatch, 7-Scenes and
 ///   ScanNet have it.
 ///

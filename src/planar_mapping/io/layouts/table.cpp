@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The layouts of folders that are read.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "planar_mapping/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/layouts/layout.h"
 #include "planar_mapping/io/text_lines.h"
 
@@ -19,6 +21,9 @@ void listCloudFiles(const std::string& folder, const SequenceOptions& options,
 void addOwnPoses(const std::string& folder, const SequenceOptions& options,
                  Description& description);
 
+/// Frames that a description stands for.
+void listMade(const std::string& folder, const SequenceOptions& options, Description& description);
+
 struct Layout {
   const char* name;
   /// It is this layout if all words of one of these are there: "x/" is a directory, "*x" a file
@@ -30,48 +35,50 @@ struct Layout {
   AddPoses* add_poses;   ///< null = none
 };
 
-constexpr Layout kLayouts[] = {{"KITTI odometry",
-                                {"image_0/", "image_2/", "velodyne/"},
-                                SequenceKind::Stereo,
-                                listKitti,
-                                calibrateKitti,
-                                addKittiPoses},
-                               {"KITTI raw",
-                                {"image_00/data/", "image_02/data/", "velodyne_points/data/"},
-                                SequenceKind::Stereo,
-                                listKittiRaw,
-                                calibrateKittiRaw,
-                                nullptr},
-                               {"TUM RGB-D",
-                                {"depth.txt", "rgb.txt", "associations.txt !*.gt.freiburg"},
-                                SequenceKind::Rgbd,
-                                listTum,
-                                calibrateTum,
-                                addTumPoses},
-                               {"ICL-NUIM",
-                                {"depth/ rgb/ *.gt.freiburg"},
-                                SequenceKind::Rgbd,
-                                listIcl,
-                                calibrateIcl,
-                                addIclPoses},
-                               {"EuRoC (ASL)",
-                                {"mav0/", "cam0/sensor.yaml", "cam0/data.csv"},
-                                SequenceKind::Stereo,
-                                listEuroc,
-                                calibrateEuroc,
-                                addEurocPoses},
-                               {"Middlebury",
-                                {"im0.png", "im1.png"},
-                                SequenceKind::Stereo,
-                                listMiddlebury,
-                                calibrateMiddlebury,
-                                nullptr},
-                               {"RGB-D with a pose a frame",
-                                {"depth/ pose/ intrinsic/", "*.depth.png *.pose.txt"},
-                                SequenceKind::Rgbd,
-                                listPosedFrames,
-                                calibratePosedFrames,
-                                nullptr}};
+constexpr Layout kLayouts[] = {
+    {"KITTI odometry",
+     {"image_0/", "image_2/", "velodyne/"},
+     SequenceKind::Stereo,
+     listKitti,
+     calibrateKitti,
+     addKittiPoses},
+    {"KITTI raw",
+     {"image_00/data/", "image_02/data/", "velodyne_points/data/"},
+     SequenceKind::Stereo,
+     listKittiRaw,
+     calibrateKittiRaw,
+     nullptr},
+    {"TUM RGB-D",
+     {"depth.txt", "rgb.txt", "associations.txt !*.gt.freiburg"},
+     SequenceKind::Rgbd,
+     listTum,
+     calibrateTum,
+     addTumPoses},
+    {"ICL-NUIM",
+     {"depth/ rgb/ *.gt.freiburg"},
+     SequenceKind::Rgbd,
+     listIcl,
+     calibrateIcl,
+     addIclPoses},
+    {"EuRoC (ASL)",
+     {"mav0/", "cam0/sensor.yaml", "cam0/data.csv"},
+     SequenceKind::Stereo,
+     listEuroc,
+     calibrateEuroc,
+     addEurocPoses},
+    {"Middlebury",
+     {"im0.png", "im1.png"},
+     SequenceKind::Stereo,
+     listMiddlebury,
+     calibrateMiddlebury,
+     nullptr},
+    {"RGB-D with a pose a frame",
+     {"depth/ pose/ intrinsic/", "*.depth.png *.pose.txt"},
+     SequenceKind::Rgbd,
+     listPosedFrames,
+     calibratePosedFrames,
+     nullptr},
+    {"simulation", {"simulation.json"}, SequenceKind::Rgbd, listMade, nullptr, addOwnPoses}};
 /// What the others are not.
 constexpr Layout kNative = {"sequence folder",
                             {"clouds/", "left/", "right/", "depth/", "calib.yaml"},
@@ -182,6 +189,17 @@ void listNative(const std::string& folder, const SequenceOptions& options,
       listStereo(folder, "left", "right", description);
       break;
   }
+}
+
+void listMade(const std::string& folder, const SequenceOptions&, Description& description) {
+  const std::string file = joined(folder, "simulation.json");
+  try {
+    const std::size_t frames = nlohmann::json::parse(readWholeText(file)).at("frames");
+    description.frames.assign(frames, {file, {}, {}, {}});
+  } catch (const nlohmann::json::exception&) {
+    throw IoError(file, "is no description of a simulation, or damaged");
+  }
+  description.is_made = description.has_color = true;
 }
 
 void addOwnPoses(const std::string& folder, const SequenceOptions& options,

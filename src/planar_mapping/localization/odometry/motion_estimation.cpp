@@ -340,4 +340,10 @@ Matrix6 adjoint(const Pose& T) {
   return A;
 }
 
+Matrix6 turnedCovariance(const Pose& T, const Matrix6& covariance) {
+  const Matrix6 A = adjoint(T);
+  const Matrix6 turned = A * covariance * A.transpose();
+  return 0.5 * (turned + turned.transpose());
+}
+
 }  // namespace planar_mapping

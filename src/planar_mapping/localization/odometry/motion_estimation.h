@@ -97,5 +97,7 @@ PLANAR_MAPPING_EXPORT Pose motionStep(const Vector6& step);
 PLANAR_MAPPING_EXPORT Vector6 motionDifference(const Pose& from, const Pose& to);
 /// Ad(T): motionStep(adjoint(T) * xi) * T = T * motionStep(xi) to first order.
 PLANAR_MAPPING_EXPORT Matrix6 adjoint(const Pose& T);
+/// Covariance of adjoint(T) * xi, where that of xi is given; symmetric to the last bit.
+PLANAR_MAPPING_EXPORT Matrix6 turnedCovariance(const Pose& T, const Matrix6& covariance);
 
 }  // namespace planar_mapping

@@ -62,7 +62,7 @@ class LaterPlaces {
         const double n = i < 4 ? -back : i < 8 ? 0.5 * (0.5 * s_ - back) : 0.5 * s_;
         const Vector3 place = part + axes * Vector3((i & 1u) != 0 ? 0.5 * s_ : -0.5 * s_,
                                                     (i & 2u) != 0 ? 0.5 * s_ : -0.5 * s_, n);
-        if (isInCell(place) || !wasLookedThrough(place)) return false;
+        if (!wasLookedThrough(place) || isInCell(place)) return false;
       }
       is_gone = true;
     }
@@ -83,8 +83,12 @@ class LaterPlaces {
   /// region.
   const std::vector<std::uint64_t>& freeOf(const Int3& at) const {
     const std::uint64_t key = packKey(at);
-    if (const std::vector<std::uint64_t>* known = free_.find(key)) return *known;
+    if (last_free_ != nullptr && key == last_key_) return *last_free_;
+    last_key_ = key;
+    last_free_ = free_.find(key);
+    if (last_free_ != nullptr) return *last_free_;
     std::vector<std::uint64_t>& free = free_[key];
+    last_free_ = &free;
     if (const SpaceRegion* region = later_.space.region(at)) {
       SpaceRegion::Blocks blocks;
       region->unpack(blocks);
@@ -119,6 +123,8 @@ class LaterPlaces {
   const double s_;
   const double cell_;
   mutable KeyMap<std::vector<std::uint64_t>> free_;  ///< of freeOf()
+  mutable std::uint64_t last_key_ = 0;
+  mutable const std::vector<std::uint64_t>* last_free_ = nullptr;  ///< of last_key_
   std::vector<Eigen::AlignedBox3d> bounds_;          ///< of its planes
   Eigen::AlignedBox3d reach_;                        ///< of its space
   std::vector<const PlaneLayer*> near_;

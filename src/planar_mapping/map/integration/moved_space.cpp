@@ -70,6 +70,11 @@ class Mover {
     pose.translation() /= cell;
     return pose;
   }
+  /// Without a call: the processor's own rounding is newer than what this is built for.
+  static std::int32_t floorOf(double value) {
+    const auto whole = static_cast<std::int32_t>(value);
+    return whole - (value < whole ? 1 : 0);
+  }
   static std::size_t placeOf(const Int3& block) {
     return static_cast<std::size_t>((block.x & 7) + 8 * (block.y & 7) + 64 * (block.z & 7));
   }
@@ -137,16 +142,24 @@ class Mover {
   void cells(const Int3& block, const Int3& low) {
     SpaceBlock& cells = result_.cells[placeOf(block)];
     cells = {};
+    const Vector3 corner =
+        back_ * Vector3(Vector3(low.x, low.y, low.z) + Vector3::Constant(0.5));
+    Int3 known{1 << 30, 0, 0};  // the block whose cells were found: none yet
+    SpaceBlock found;
     for (int bit = 0; bit < 64; ++bit) {
-      const Vector3 middle(low.x + (bit & 3) + 0.5, low.y + (bit >> 2 & 3) + 0.5,
-                           low.z + (bit >> 4) + 0.5);
-      const Int3 from = toInt3((back_ * middle).array().floor());
-      const Source& source = sourceAt(shifted(from, kRegionLevel));
-      const Int3 known = shifted(from, kBlockLevel);
-      const SpaceRegion::Label label = source.labelOf(known);
-      SpaceBlock found{label == SpaceRegion::kFree ? kAll : 0,
-                       label == SpaceRegion::kUnknown ? kAll : 0};
-      if (label == SpaceRegion::kMixed) found = source.blocks->cells[placeOf(known)];
+      const Vector3 place_in_source = corner + (bit & 3) * back_.linear().col(0) +
+                                      (bit >> 2 & 3) * back_.linear().col(1) +
+                                      (bit >> 4) * back_.linear().col(2);
+      const Int3 from{floorOf(place_in_source.x()), floorOf(place_in_source.y()),
+                      floorOf(place_in_source.z())};
+      const Int3 holder = shifted(from, kBlockLevel);
+      if (!(holder == known)) {
+        known = holder;
+        const Source& source = sourceAt(shifted(from, kRegionLevel));
+        const SpaceRegion::Label label = source.labelOf(known);
+        found = {label == SpaceRegion::kFree ? kAll : 0, label == SpaceRegion::kUnknown ? kAll : 0};
+        if (label == SpaceRegion::kMixed) found = source.blocks->cells[placeOf(known)];
+      }
       const int place = UnknownSpace::bitOf(from);
       cells.free |= (found.free >> place & 1u) << bit;
       cells.unknown |= (found.unknown >> place & 1u) << bit;

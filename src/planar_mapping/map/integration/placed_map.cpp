@@ -38,33 +38,38 @@ class CellMover {
         placed_(placed) {}
 
   void run() {
-    std::vector<std::pair<Vector3, std::uint8_t>> without;  // a centre: middles, beliefs
-    forEachCell([&](const Vector3& middle, const std::vector<Vector3>& parts, std::uint8_t belief) {
-      if (!placeByCentres(middle, parts, belief)) without.emplace_back(middle, belief);
-    });
-    for (const auto& [middle, belief] : without) {
-      if (!isPlaced(cellAt(middle))) add(middle, belief);
+    moveCells();
+    std::vector<const MovedCell*> without;  // a centre
+    for (const MovedCell& cell : moved_) {
+      if (!placeByCentres(cell)) without.push_back(&cell);
+    }
+    for (const MovedCell* cell : without) {
+      if (!isPlaced(cellAt(cell->middle))) add(cell->middle, cell->belief);
     }
     closeGaps();
     // Points lie where they lay, or at the nearest place within a cell there is.
-    forEachCell([this](const Vector3&, const std::vector<Vector3>& parts, std::uint8_t belief) {
-      for (const Vector3& part : parts) placeNearest(part, belief);
-    });
+    for (const MovedCell& cell : moved_)
+      for (std::size_t i = cell.first_part; i < cell.end_part; ++i)
+        placeNearest(parts_[i], cell.belief);
   }
 
  private:
-  /// Calls visit(middle, parts, belief): in cells, where they are moved.
-  template <typename Visit>
-  void forEachCell(Visit&& visit) const {
-    std::vector<Vector3> parts;
+  /// A cell where it is moved, in cells.
+  struct MovedCell {
+    Vector3 middle;
+    std::size_t first_part, end_part;
+    std::uint8_t belief;
+  };
+  void moveCells() {
     map_.cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
       forEachBit(block.occupied(), [&](std::size_t bit) {
-        parts.clear();
+        const std::size_t first = parts_.size();
         const Int3 cell = CellLayer::cellOf(at, static_cast<int>(bit));
         forEachPartOf(map_, block, bit, cell, [&](const Vector3& part) {
-          parts.emplace_back(T_ * Vector3(s_ * part) / s_);
+          parts_.emplace_back(T_ * Vector3(s_ * part) / s_);
         });
-        visit(Vector3(T_ * Vector3(s_ * centreOf(cell)) / s_), parts, block.belief(bit));
+        moved_.push_back({T_ * Vector3(s_ * centreOf(cell)) / s_, first, parts_.size(),
+                          block.belief(bit)});
       });
     });
   }
@@ -86,18 +91,20 @@ class CellMover {
   void add(const Vector3& place, std::uint8_t belief) {
     addPart(s_ * place, s_, belief, map_.isCompact(), placed_);
   }
-  bool placeByCentres(const Vector3& middle, const std::vector<Vector3>& parts,
-                      std::uint8_t belief) {
+  bool placeByCentres(const MovedCell& moved) {
     bool is_placed = false;
-    forEachPlace(cellAt(middle - reach_), cellAt(middle + reach_), [&](const Int3& cell) {
+    const Vector3 low = moved.middle - reach_, high = moved.middle + reach_;
+    forEachPlace(cellAt(low), cellAt(high), [&](const Int3& cell) {
       const Vector3 centre = centreOf(cell);
-      const Vector3 offset = T_.linear().transpose() * (centre - middle);
+      const Vector3 offset = T_.linear().transpose() * (centre - moved.middle);
       if (!((offset.array() >= -0.5).all() && (offset.array() < 0.5).all())) return;
       const auto nearest =
-          std::min_element(parts.begin(), parts.end(), [&](const Vector3& a, const Vector3& b) {
-            return (a - centre).squaredNorm() < (b - centre).squaredNorm();
-          });
-      add(within(cell, *nearest), belief);
+          std::min_element(parts_.begin() + static_cast<std::ptrdiff_t>(moved.first_part),
+                           parts_.begin() + static_cast<std::ptrdiff_t>(moved.end_part),
+                           [&](const Vector3& a, const Vector3& b) {
+                             return (a - centre).squaredNorm() < (b - centre).squaredNorm();
+                           });
+      add(within(cell, *nearest), moved.belief);
       is_placed = true;
     });
     return is_placed;
@@ -105,13 +112,13 @@ class CellMover {
   /// Adds cells that hold points where the space on two sides of them would be one without them.
   void closeGaps() {
     std::vector<Int3> added;
-    forEachCell([&](const Vector3&, const std::vector<Vector3>& parts, std::uint8_t belief) {
-      for (const Vector3& part : parts) {
-        if (isPlaced(cellAt(part))) continue;
-        added.push_back(cellAt(part));
-        add(part, belief);
+    for (const MovedCell& cell : moved_) {
+      for (std::size_t i = cell.first_part; i < cell.end_part; ++i) {
+        if (isPlaced(cellAt(parts_[i]))) continue;
+        added.push_back(cellAt(parts_[i]));
+        add(parts_[i], cell.belief);
       }
-    });
+    }
     for (const Int3& cell : added) {
       if (!separates(cell))
         placed_.find(CellLayer::blockOf(cell))
@@ -166,6 +173,8 @@ class CellMover {
   const Pose& T_;
   const Vector3 reach_;  ///< half of the bounds of a moved cell, cells
   CellLayer& placed_;
+  std::vector<MovedCell> moved_;
+  std::vector<Vector3> parts_;  ///< of all of them, cells
 };
 
 }  // namespace

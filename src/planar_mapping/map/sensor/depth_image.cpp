@@ -130,7 +130,8 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
 }
 
 void DepthImage::add(const Vector3& point) {
-  if (!(point.z() > kNearPlane)) return;
+  const auto depth = static_cast<float>(point.z());
+  if (!(depth > kNearPlane && std::isfinite(depth))) return;
   const Vector2 pixel = camera_.project(point);
   const double column = std::floor(pixel.x() + 0.5);
   const double row = std::floor(pixel.y() + 0.5);
@@ -138,7 +139,6 @@ void DepthImage::add(const Vector3& point) {
   Level& level = levels_.front();
   Tile& tile = level.tiles[(static_cast<std::size_t>(row) >> shift_) * level.width +
                            (static_cast<std::size_t>(column) >> shift_)];
-  const auto depth = static_cast<float>(point.z());
   if (!(tile[kNearest] <= depth)) {
     rays_.resize(level.tiles.size());
     rays_[static_cast<std::size_t>(&tile - level.tiles.data())] = point.hnormalized().cast<float>();

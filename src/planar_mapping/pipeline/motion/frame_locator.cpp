@@ -146,8 +146,7 @@ Localization FrameLocator::locateImage(Frame& frame, const std::optional<Pose>& 
     JoinedSubmap& joined = *found.joined;
     joined.T_other_submap =
         T_world_start * joined.T_other_submap * T_world_start_.at(joined.submap).inverse();
-    const Matrix6 A = adjoint(T_world_start);
-    joined.covariance = A * joined.covariance * A.transpose();
+    joined.covariance = turnedCovariance(T_world_start, joined.covariance);
   }
   return found;
 }

@@ -71,7 +71,6 @@ class MotionEstimationStage : public Stage {
 
 void MotionEstimationStage::takeGiven(Frame& frame) {
   frame.T_world_sensor = *frame.given_pose;
-  frame.pose_taken = true;
   // How that world lies to one that began with a frame that has no pose is not known.
   if (!given_track_) given_track_ = last_.empty() ? 0 : std::numeric_limits<std::size_t>::max();
   frame.track = *given_track_;
