@@ -128,8 +128,7 @@ TEST_F(AtlasRuns, MergedAtlasesAreLinkedWhereBothHaveBeen) {
   const std::vector<io::StampedPose> poses = io::readTumPoses(directory_ / "both.txt");
   ASSERT_EQ(kFrames, poses.size());
   for (std::size_t i = 0; i < kFrames; ++i)
-    EXPECT_LT(
-        (poses[i].pose.translation() - room().poses[i].pose.translation()).norm(), 0.02) << i;
+    EXPECT_LT((poses[i].pose.translation() - room().poses[i].pose.translation()).norm(), 0.02) << i;
 }
 
 TEST_F(AtlasRuns, CellsAreThoseOfTheAtlasOrTheRunIsRefusedAtOnce) {
@@ -318,8 +317,8 @@ TEST_F(AtlasRuns, AKilledRunIsResumedAsIfNothingHadHappened) {
   EXPECT_TRUE(read("whole/trajectory_tum.txt") == read("out/trajectory_tum.txt"));
   test::expectSame(loadAtlas(whole), loadAtlas(file));
   EXPECT_NE(std::string::npos,
-            expectExit(0, run("out", joined(more, {"--atlas", file, "--resume"}))).err.find(
-                "is finished; nothing was done"));
+            expectExit(0, run("out", joined(more, {"--atlas", file, "--resume"})))
+                .err.find("is finished; nothing was done"));
 }
 
 TEST_F(AtlasRuns, AResumedRunKeepsItsOwnAtlasUntilItHasAsMuch) {

@@ -60,8 +60,7 @@ class Forest {
           parent_[child] = node;
           pose[child] =
               forward ? pose[node] * link.T_to_from.inverse() : pose[node] * link.T_to_from;
-          covariance_[child] =
-              covariance_[node] + turnedCovariance(pose[link.to], link.covariance);
+          covariance_[child] = covariance_[node] + turnedCovariance(pose[link.to], link.covariance);
           children[node].push_back(child);
           queue.push_back(child);
           used.push_back(edge);

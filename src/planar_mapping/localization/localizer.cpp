@@ -192,7 +192,8 @@ class Localizer::Impl {
     tracks_.erase(joined.submap);
     result.submap = other;
     result.T_submap_camera = moved.T_submap_camera;
-    result.covariance_in_camera += turnedCovariance(moved.T_submap_camera.inverse(), joined.covariance);
+    result.covariance_in_camera +=
+        turnedCovariance(moved.T_submap_camera.inverse(), joined.covariance);
     result.drift_in_camera += turnedCovariance(moved.T_submap_camera.inverse(), joined.covariance);
     result.covariance = turnedCovariance(result.T_submap_camera, result.covariance_in_camera);
     result.joined = joined;

@@ -46,7 +46,7 @@ struct JoinedMap::Impl {
   std::uint64_t versions = 0;
   PlanarMap joined;
   std::vector<std::uint64_t> in_joined;  ///< versions of the submaps of `joined`, in their order
-  bool keeps_without_last = false;  ///< the last one was replaced: it grows
+  bool keeps_without_last = false;       ///< the last one was replaced: it grows
   std::optional<MapData> without_last;
   std::vector<std::uint64_t> in_without_last;  ///< of without_last
   std::size_t last_joined = 0;
@@ -75,10 +75,10 @@ struct JoinedMap::Impl {
 /// Are these the first ones of all?
 bool JoinedMap::Impl::startsWith(const std::vector<const Submap*>& all,
                                  const std::vector<std::uint64_t>& versions) {
-  return versions.size() <= all.size() &&
-         std::equal(
-             versions.begin(), versions.end(), all.begin(),
-             [](std::uint64_t version, const Submap* one) { return version == one->version; });
+  return versions.size() <= all.size() && std::equal(versions.begin(), versions.end(), all.begin(),
+                                                     [](std::uint64_t version, const Submap* one) {
+                                                       return version == one->version;
+                                                     });
 }
 
 /// What is joined is not the beginning of all of them: it becomes that.

@@ -307,9 +307,9 @@ void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
 #ifdef PLANAR_MAPPING_HAS_ATLAS
   if (atlas_plan_) {
     try {
-      atlas_ = std::make_unique<AtlasBuilder>(
-          atlas_plan_->params, params, std::move(atlas_plan_->session),
-          std::move(atlas_plan_->known));
+      atlas_ = std::make_unique<AtlasBuilder>(atlas_plan_->params, params,
+                                              std::move(atlas_plan_->session),
+                                              std::move(atlas_plan_->known));
     } catch (const InputError& error) {
       throw InputError(atlas_plan_->name + ": " + error.what() +
                        " as this run has: set them alike (resolution_m), or take another atlas");

@@ -155,9 +155,9 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   bool has_begun_ = false;           ///< the map; the stages of section 3 are adapted
   std::optional<ImagesUp> mean_up_;  ///< of the images of all given poses
   std::optional<Vector3> origin_;    ///< PlanarMapParams::origin, once there was a pose
-  std::optional<double> atlas_resolution_;   ///< of the maps of earlier runs
+  std::optional<double> atlas_resolution_;  ///< of the maps of earlier runs
   Vector3 atlas_origin_ = Vector3::Zero();  ///< likewise
-  std::size_t counted_frames_ = 0;   ///< in the map when its cuboids were counted
+  std::size_t counted_frames_ = 0;          ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;
   int waits_ = 0;  ///< frames for which a better one was waited
 };

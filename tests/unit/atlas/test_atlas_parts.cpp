@@ -43,8 +43,7 @@ TEST(AtlasParts, KeyframesArePlacedByTheirSubmaps) {
   PlanarMapParams far = data.submaps[0].map->params();
   far.origin = Vector3(689000.0, 5334000.0, 0.0);
   data.submaps[0].map = std::make_shared<PlanarMap>(far);
-  EXPECT_EQ(poses[3].pose.translation() + far.origin,
-            keyframePoses(data, 0)[3].pose.translation());
+  EXPECT_EQ(poses[3].pose.translation() + far.origin, keyframePoses(data, 0)[3].pose.translation());
 }
 
 TEST(AtlasParts, MapsOfOtherCellsAreNamed) {

@@ -125,8 +125,8 @@ class LaterPlaces {
   mutable KeyMap<std::vector<std::uint64_t>> free_;  ///< of freeOf()
   mutable std::uint64_t last_key_ = 0;
   mutable const std::vector<std::uint64_t>* last_free_ = nullptr;  ///< of last_key_
-  std::vector<Eigen::AlignedBox3d> bounds_;          ///< of its planes
-  Eigen::AlignedBox3d reach_;                        ///< of its space
+  std::vector<Eigen::AlignedBox3d> bounds_;                        ///< of its planes
+  Eigen::AlignedBox3d reach_;                                      ///< of its space
   std::vector<const PlaneLayer*> near_;
 };
 

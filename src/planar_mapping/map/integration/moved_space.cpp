@@ -142,8 +142,7 @@ class Mover {
   void cells(const Int3& block, const Int3& low) {
     SpaceBlock& cells = result_.cells[placeOf(block)];
     cells = {};
-    const Vector3 corner =
-        back_ * Vector3(Vector3(low.x, low.y, low.z) + Vector3::Constant(0.5));
+    const Vector3 corner = back_ * Vector3(Vector3(low.x, low.y, low.z) + Vector3::Constant(0.5));
     Int3 known{1 << 30, 0, 0};  // the block whose cells were found: none yet
     SpaceBlock found;
     for (int bit = 0; bit < 64; ++bit) {

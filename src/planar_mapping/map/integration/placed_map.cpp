@@ -68,8 +68,8 @@ class CellMover {
         forEachPartOf(map_, block, bit, cell, [&](const Vector3& part) {
           parts_.emplace_back(T_ * Vector3(s_ * part) / s_);
         });
-        moved_.push_back({T_ * Vector3(s_ * centreOf(cell)) / s_, first, parts_.size(),
-                          block.belief(bit)});
+        moved_.push_back(
+            {T_ * Vector3(s_ * centreOf(cell)) / s_, first, parts_.size(), block.belief(bit)});
       });
     });
   }
