@@ -22,7 +22,8 @@ import time
 import urllib.parse
 
 ATTEMPTS = 3  # of a job
-PATIENCE_S = 8  # for the scheduler to answer, and for its first worker
+PATIENCE_S = 6  # for the scheduler to answer, and for its first worker
+WORKERLESS_S = 60  # for a worker that was lost to come back, where there is no other
 
 
 class ClusterError(Exception):
@@ -157,17 +158,36 @@ def require_same_version(client, program):
                                "version everywhere", 4)
 
 
-def do_jobs(client, what, jobs, options):
-    """Runs jobs {name: arguments}, each up to three times. Returns what the last one said, and which failed."""
+def completed(client, futures):
+    """Futures, each when it is done. Raises ClusterError once no worker has been there for WORKERLESS_S."""
     from distributed import as_completed
 
+    done = as_completed(futures)
+    with_worker = looked = time.monotonic()
+    while not done.is_empty():
+        if done.has_ready():
+            yield next(done)
+            continue
+        time.sleep(0.02)
+        now = time.monotonic()
+        if now - looked < 1.0:
+            continue
+        looked = now
+        if client.scheduler_info()["workers"]:
+            with_worker = now
+        elif now - with_worker > WORKERLESS_S:
+            raise ClusterError(f"no worker has been there for {WORKERLESS_S} s; the same command goes on once there is one")
+
+
+def do_jobs(client, what, jobs, options):
+    """Runs jobs {name: arguments}, each up to three times. Returns what the last one said, and which failed."""
     progress = Progress(what, len(jobs), options.quiet)
     # Jobs of one kind have no order among them; a result that is there already costs a job some milliseconds.
     names = {client.submit(run_job, options.program, arguments, key=f"{name}-{time.time_ns()}", retries=ATTEMPTS - 1): name
              for name, arguments in jobs.items()}
     said = None
     failed = []
-    for future in as_completed(list(names)):
+    for future in completed(client, list(names)):
         name = names[future]
         if future.status == "finished":
             said = future.result()

@@ -1,8 +1,10 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // planar_map run --atlas and localize.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "../unit/atlas/atlas_scene.h"
@@ -79,6 +81,50 @@ TEST_F(AtlasRuns, ARunMakesAnAtlas) {
   const std::string rows = read("out/frames.csv");
   EXPECT_NE(std::string::npos, rows.find(",submap,component\n")) << rows;
   EXPECT_EQ(",4,0\n", rows.substr(rows.size() - 5)) << rows;
+}
+
+/// How many planes of at least 0.6 m2 face a direction to within 15 degrees, of a map.json.
+int largePlanesFacing(const std::string& map, const Vector3& direction) {
+  constexpr double kLeast = 0.6;
+  constexpr double kCosine = 0.966;  // of 15 degrees
+  const Json read = Json::parse(map);
+  std::map<int, double> areas;
+  for (const Json& cuboid : read.at("cuboids")) {
+    std::vector<double> sides = cuboid.at("size");
+    std::sort(sides.begin(), sides.end());
+    areas[cuboid.at("plane_id")] += sides[1] * sides[2];
+  }
+  int count = 0;
+  for (const Json& plane : read.at("planes")) {
+    const std::vector<double> c = plane.at("coefficients");
+    count += Vector3(c[0], c[1], c[2]).dot(direction) > kCosine && areas[plane.at("id")] > kLeast;
+  }
+  return count;
+}
+
+TEST_F(AtlasRuns, AnOdometerThatDriftsMakesOneFloorOnceItsLoopsAreClosed) {
+  const std::string way = directory_ / "way";
+  expectExit(0, planarMap({"simulate", "corridor", "--write", "description", "--path", "back",
+                           "--frames", "60", "--moving", "--odometry-drift", "0.5,5", "--width",
+                           "320", "--height", "240", "-o", way, "-q"}));
+  const auto mapOf = [&](const std::string& output, const std::vector<std::string>& more) {
+    expectExit(0, planarMap(joined({"run", way, "--poses", way + "/odometry.txt", "-o",
+                                    directory_ / output, "-q"},
+                                   more)));
+    return read(output + "/map.json");
+  };
+  const std::string before = mapOf("before", {});
+  EXPECT_LE(2, largePlanesFacing(before, Vector3::UnitZ())) << "the drift is seen";
+  EXPECT_LE(3, largePlanesFacing(before, Vector3::UnitY()));
+  const std::string after = mapOf("after", {"--atlas", file_, "--submap-frames", "5"});
+  EXPECT_EQ(1, largePlanesFacing(after, Vector3::UnitZ())) << "one floor";
+  EXPECT_EQ(1, largePlanesFacing(after, Vector3::UnitY())) << "one wall";
+  // A person stood there until the camera came near.
+  for (const char* place : {"4.3,0.35,0.5", "4.3,0.35,1.0", "4.3,0.35,1.4"}) {
+    const std::string said =
+        expectExit(0, planarMap({"query", directory_ / "after/map.pmap", "--point", place})).out;
+    EXPECT_NE(std::string::npos, said.find("free")) << said;
+  }
 }
 
 TEST_F(AtlasRuns, ASecondRunGoesOnInIt) {

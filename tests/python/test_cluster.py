@@ -131,6 +131,17 @@ def test_a_scheduler_that_is_not_there_is_a_sentence_within_ten_seconds(walks, t
     assert done.stderr.count("\n") == 1
 
 
+def test_workers_that_do_not_come_back_are_a_sentence(monkeypatch):
+    import distributed
+
+    import planar_mapping.cluster as module
+
+    monkeypatch.setattr(module, "WORKERLESS_S", 1)
+    with distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0") as empty:
+        with distributed.Client(empty) as client, pytest.raises(module.ClusterError, match="no worker has been there for 1 s"):
+            list(module.completed(client, [client.submit(len, "abc")]))
+
+
 def test_a_worker_of_another_version_is_refused_by_name(walks, tmp_path):
     other = f'[ "$1" = --version ] && mkdir {tmp_path}/first 2>/dev/null || [ "$1" != --version ] || {{ echo planar_map 0.0.9; exit; }}'
     done = cluster(*walks, "-o", tmp_path / "out", "--workers", 1, program=program_that(tmp_path, other), code=4)
