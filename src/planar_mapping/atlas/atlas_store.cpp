@@ -145,6 +145,14 @@ void removeLogs(const std::string& path) {
 struct AtlasStore::Impl {
   Impl(const std::string& path, SqliteMode mode) : file(path, mode) {}
   AtlasData read(int threads, AtlasContent content);
+  /// Calls \p use with the bytes of a map. \throws InputError if there is none
+  template <typename Use>
+  auto withMap(std::int64_t submap, const Use& use) {
+    SqliteStatement row(file, "SELECT pmap FROM maps WHERE submap = ?");
+    row.start(submap);
+    if (!row.next()) throw InputError(file.path() + ": has no submap " + std::to_string(submap));
+    return use(row.blob(0));
+  }
 
   SqliteFile file;
 };
@@ -205,10 +213,8 @@ bool AtlasStore::knowsBeforeLastSession() {
 }
 
 std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int threads) {
-  SqliteStatement row(impl_->file, "SELECT pmap FROM maps WHERE submap = ?");
-  row.start(submap);
-  if (!row.next()) throw InputError(path() + ": has no submap " + std::to_string(submap));
-  return detail::mapOf(row.blob(0), submap, threads);
+  return impl_->withMap(
+      submap, [&](const detail::BlobView& bytes) { return detail::mapOf(bytes, submap, threads); });
 }
 
 void AtlasStore::append(const AtlasData& part, const AtlasData& solved, Append how) {
@@ -217,6 +223,18 @@ void AtlasStore::append(const AtlasData& part, const AtlasData& solved, Append h
   if (!part.sessions.empty()) impl_->file.execute(kRememberBefore);
   detail::insertRows(impl_->file, part);
   detail::updateRows(impl_->file, solved);
+  transaction.commit();
+}
+
+void AtlasStore::appendWithMapsOf(AtlasStore& other, std::int64_t offset, const AtlasData& part) {
+  SqliteTransaction transaction(impl_->file, "BEGIN IMMEDIATE");
+  if (!part.sessions.empty()) impl_->file.execute(kRememberBefore);
+  detail::insertRows(impl_->file, part, [&](const Submap& submap) {
+    return other.impl_->withMap(submap.id - offset, [](const detail::BlobView& bytes) {
+      const auto* first = static_cast<const std::uint8_t*>(bytes.data);
+      return std::vector<std::uint8_t>(first, first + bytes.size);
+    });
+  });
   transaction.commit();
 }
 

@@ -68,6 +68,11 @@ class PLANAR_MAPPING_EXPORT AtlasStore {
   ///         or has sizes that disagree
   void append(const AtlasData& part, const AtlasData& solved = {}, Append how = Append::ToAll);
 
+  /// As append(), but maps are copied as they are from another file, which has the submaps of
+  /// \p part under numbers that are lower by \p offset.
+  /// \throws InputError as append(), or if the other file has no such map
+  void appendWithMapsOf(AtlasStore& other, std::int64_t offset, const AtlasData& part);
+
   /// Writes what solving changes of the submaps and links in \p solved, in one transaction: poses,
   /// components, states and residuals.
   /// \throws InputError if the file has no such submap or link, or something is not finite

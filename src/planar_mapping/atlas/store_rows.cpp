@@ -185,13 +185,12 @@ void insertSessions(SqliteFile& file, const AtlasData& part) {
   }
 }
 
-void insertSubmaps(SqliteFile& file, const AtlasData& part) {
+void insertSubmaps(SqliteFile& file, const AtlasData& part, const MapBytes& bytes_of) {
   SqliteStatement insert(file, "INSERT INTO submaps VALUES (?, ?, ?, ?)");
   SqliteStatement insert_map(file, "INSERT INTO maps VALUES (?, ?)");
   for (const Submap& submap : part.submaps) {
     requireSound(submap);
-    requireThat(submap.map != nullptr, named("submap", submap.id), "has no map");
-    const std::vector<std::uint8_t> bytes = submap.map->serialize();
+    const std::vector<std::uint8_t> bytes = bytes_of(submap);
     writeRow("submap", submap.id, file, [&]() {
       const PoseRows pose = rowsOf(submap.T_world_submap);
       insert.run(submap.id, submap.session, submap.component, viewOf(pose));
@@ -345,9 +344,14 @@ void requireReferences(SqliteFile& file, const AtlasData& data) {
 
 }  // namespace
 
-void insertRows(SqliteFile& file, const AtlasData& part) {
+std::vector<std::uint8_t> serialized(const Submap& submap) {
+  requireThat(submap.map != nullptr, named("submap", submap.id), "has no map");
+  return submap.map->serialize();
+}
+
+void insertRows(SqliteFile& file, const AtlasData& part, const MapBytes& bytes_of) {
   insertSessions(file, part);
-  insertSubmaps(file, part);
+  insertSubmaps(file, part, bytes_of);
   insertKeyframes(file, part);
   insertLinks(file, part);
 }

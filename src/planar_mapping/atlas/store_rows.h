@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <vector>
 
 #include "planar_mapping/atlas/atlas_data.h"
 #include "planar_mapping/atlas/atlas_store.h"
@@ -11,8 +13,13 @@
 
 namespace planar_mapping::detail {
 
+/// The map of a submap as a file has it.
+using MapBytes = std::function<std::vector<std::uint8_t>(const Submap&)>;
+/// Of Submap::map. \throws InputError if there is none
+std::vector<std::uint8_t> serialized(const Submap& submap);
+
 /// Adds sessions, submaps, keyframes and links. \throws InputError as AtlasStore::append()
-void insertRows(SqliteFile& file, const AtlasData& part);
+void insertRows(SqliteFile& file, const AtlasData& part, const MapBytes& bytes_of = serialized);
 /// Poses, components, states and residuals. \throws InputError as AtlasStore::update()
 void updateRows(SqliteFile& file, const AtlasData& solved);
 /// \throws InputError that says what is wrong with a row, or with what rows refer to

@@ -177,9 +177,7 @@ std::optional<Link> tieBetween(const SurveyJson& piece, const SurveyJson& next) 
   link.to_submap = next.at("begin").at("submap");
   link.T_to_from =
       poseOf(next.at("begin").at("T_session_frame")) * poseOf(end.at("T_session_frame")).inverse();
-  const Matrix6 A = adjoint(link.T_to_from);
-  const Matrix6 moved = A * matrixOf(end.at("covariance")) * A.transpose();
-  link.covariance = 0.5 * (moved + moved.transpose());
+  link.covariance = turnedCovariance(link.T_to_from, matrixOf(end.at("covariance")));
   return link;
 }
 

@@ -47,10 +47,12 @@ class Tiles {
   /// \param side  metres, see tileSide(); 0 = no tiles
   explicit Tiles(double side) : side_(side) {}
 
-  void add(const Submap& submap) {
+  /// \param piece  has its map, under a number that is lower by \p offset
+  void add(const Submap& submap, AtlasStore& piece, std::int64_t offset) {
     if (side_ <= 0.0) return;
-    if (rows_.empty()) side_ = tileSide(submap.map->params(), side_);
-    const Eigen::AlignedBox3d reach = reachOf(*submap.map).transformed(submap.T_world_submap);
+    const std::shared_ptr<const PlanarMap> map = piece.map(submap.id - offset);
+    if (rows_.empty()) side_ = tileSide(map->params(), side_);
+    const Eigen::AlignedBox3d reach = reachOf(*map).transformed(submap.T_world_submap);
     if (reach.isEmpty()) return;
     const auto at = [this](double x) { return static_cast<int>(std::floor(x / side_)); };
     const std::array<int, 4> range = {at(reach.min().x()), at(reach.min().y()), at(reach.max().x()),
@@ -72,14 +74,15 @@ class Tiles {
 
 /// Appends a piece whose rows are numbered and solved in \p all, with the maps and images of its
 /// file.
-void appendPiece(AtlasStore& store, const AtlasData& all, const PieceRows& rows, AtlasData piece,
-                 Tiles& tiles) {
+void appendPiece(AtlasStore& store, const AtlasData& all, const PieceRows& rows,
+                 const std::string& file, Tiles& tiles) {
+  AtlasStore its = AtlasStore::open(file);
+  AtlasData piece = its.load(1, AtlasContent::WithoutMaps);
   AtlasData part;
   part.sessions.push_back(detail::rowOf(all.sessions, all.submaps[rows.first_submap].session));
   for (std::size_t i = rows.first_submap; i < rows.end_submap; ++i) {
     part.submaps.push_back(all.submaps[i]);
-    part.submaps.back().map = std::move(piece.submaps[i - rows.first_submap].map);
-    tiles.add(part.submaps.back());
+    tiles.add(all.submaps[i], its, rows.submap);
   }
   for (std::size_t i = rows.first_keyframe; i < rows.end_keyframe; ++i) {
     part.keyframes.push_back(std::move(piece.keyframes[i - rows.first_keyframe]));
@@ -88,7 +91,7 @@ void appendPiece(AtlasStore& store, const AtlasData& all, const PieceRows& rows,
   }
   part.links.assign(all.links.begin() + static_cast<std::ptrdiff_t>(rows.first_link),
                     all.links.begin() + static_cast<std::ptrdiff_t>(rows.end_link));
-  store.append(part);
+  store.appendWithMapsOf(its, rows.submap, part);
 }
 
 /// Between keyframes of two pieces.
@@ -147,7 +150,7 @@ SurveyReport SurveyJobs::solve(bool allow_missing) const {
           AtlasStore store = AtlasStore::create(part, io::Overwrite::Allow);
           for (const auto& [piece, its] : rows)
             if (its.first_submap < its.end_submap)
-              appendPiece(store, all, its, loadAtlas(pieceOf(piece, "atlas")), tiles);
+              appendPiece(store, all, its, pieceOf(piece, "atlas"), tiles);
           AtlasData between;
           between.links.assign(all.links.begin() + static_cast<std::ptrdiff_t>(within),
                                all.links.end());
