@@ -42,8 +42,8 @@ class PLANAR_MAPPING_EXPORT SurveyJobs {
 
   /// Maps a piece: piece_N.atlas. \param threads  0 = all cores; the bytes are the same
   SurveyReport submap(std::size_t piece, int threads = 1) const;
-  /// For each piece the one before it, and the earlier ones that look most like it: places.json. One keyframe of a submap
-  /// is what others are compared with, so that memory is 10 kB a submap.
+  /// For each piece the one before it, and the earlier ones that look most like it: places.json.
+  /// One keyframe of a submap is what others are compared with, so that memory is 10 kB a submap.
   /// \param allow_missing  pieces that were not mapped are left out; so in the other jobs
   SurveyReport places(bool allow_missing = false) const;
   /// Looks for the places of a piece in those that places() says: links_N.json.

@@ -19,7 +19,7 @@ struct SurveyParams {
   /// Earlier pieces that look alike and are searched for places of a piece, beside the one before
   /// it; >= 1.
   int link_pieces = 8;
-  double tile = 0.0;       ///< side of the tiles that the map comes in, metres; 0 = one map
+  double tile = 0.0;  ///< side of the tiles that the map comes in, metres; 0 = one map
   SubmapParams submaps;
 
   /// \throws ParameterError
