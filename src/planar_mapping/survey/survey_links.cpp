@@ -43,6 +43,7 @@ std::set<std::size_t> alike(const AtlasData& piece, std::size_t count, const Pla
     }
   }
   std::vector<std::pair<double, std::size_t>> order;
+  order.reserve(votes.size());
   for (const auto& [other, vote] : votes) order.emplace_back(-vote, other);
   std::sort(order.begin(), order.end());
   std::set<std::size_t> found;
@@ -117,6 +118,7 @@ SurveyReport SurveyJobs::links(std::size_t piece, bool allow_missing) const {
       return std::make_pair(SurveyJson{{"links", found}}, std::string());
     AtlasData all;
     std::vector<PieceRows> rows;
+    rows.reserve(pieces.size());
     for (const std::size_t one : pieces)
       rows.push_back(
           detail::addPiece(all, loadAtlas(pieceOf(one, "atlas"), 1, AtlasContent::WithoutMaps)));
