@@ -145,6 +145,8 @@ void removeLogs(const std::string& path) {
 struct AtlasStore::Impl {
   Impl(const std::string& path, SqliteMode mode) : file(path, mode) {}
   AtlasData read(int threads, AtlasContent content);
+  void append(const AtlasData& part, const AtlasData& solved, Append how,
+              const detail::MapBytes& bytes_of);
   /// Calls \p use with the bytes of a map. \throws InputError if there is none
   template <typename Use>
   auto withMap(std::int64_t submap, const Use& use) {
@@ -192,6 +194,16 @@ AtlasData AtlasStore::Impl::read(int threads, AtlasContent content) {
   }
 }
 
+void AtlasStore::Impl::append(const AtlasData& part, const AtlasData& solved, Append how,
+                              const detail::MapBytes& bytes_of) {
+  SqliteTransaction transaction(file, "BEGIN IMMEDIATE");
+  if (how == Append::InPlaceOfLastSession) file.execute(takingBack());
+  if (!part.sessions.empty()) file.execute(kRememberBefore);
+  detail::insertRows(file, part, bytes_of);
+  detail::updateRows(file, solved);
+  transaction.commit();
+}
+
 AtlasData AtlasStore::load(int threads, AtlasContent content) {
   SqliteTransaction reading(impl_->file, "BEGIN");
   AtlasData data = impl_->read(threads, content);
@@ -218,24 +230,16 @@ std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int thread
 }
 
 void AtlasStore::append(const AtlasData& part, const AtlasData& solved, Append how) {
-  SqliteTransaction transaction(impl_->file, "BEGIN IMMEDIATE");
-  if (how == Append::InPlaceOfLastSession) impl_->file.execute(takingBack());
-  if (!part.sessions.empty()) impl_->file.execute(kRememberBefore);
-  detail::insertRows(impl_->file, part);
-  detail::updateRows(impl_->file, solved);
-  transaction.commit();
+  impl_->append(part, solved, how, detail::serialized);
 }
 
 void AtlasStore::appendWithMapsOf(AtlasStore& other, std::int64_t offset, const AtlasData& part) {
-  SqliteTransaction transaction(impl_->file, "BEGIN IMMEDIATE");
-  if (!part.sessions.empty()) impl_->file.execute(kRememberBefore);
-  detail::insertRows(impl_->file, part, [&](const Submap& submap) {
+  impl_->append(part, {}, Append::ToAll, [&](const Submap& submap) {
     return other.impl_->withMap(submap.id - offset, [](const detail::BlobView& bytes) {
       const auto* first = static_cast<const std::uint8_t*>(bytes.data);
       return std::vector<std::uint8_t>(first, first + bytes.size);
     });
   });
-  transaction.commit();
 }
 
 void AtlasStore::update(const AtlasData& solved) {
