@@ -24,6 +24,9 @@ import urllib.parse
 ATTEMPTS = 3  # of a job
 PATIENCE_S = 6  # for the scheduler to answer, and for its first worker
 WORKERLESS_S = 60  # for a worker that was lost to come back, where there is no other
+# Jobs take seconds, in processes of their own: sampling them all the time would take a tenth of a core for nothing.
+SELDOM = {"distributed.worker.profile.interval": "10s", "distributed.admin.tick.interval": "1s",
+          "distributed.scheduler.work-stealing-interval": "1s", "distributed.admin.system-monitor.interval": "5s"}
 
 
 class ClusterError(Exception):
@@ -119,6 +122,7 @@ def require_safe(host, security, options):
 
 def connect(options):
     """The client of a cluster, and the cluster if it is our own."""
+    import dask
     from distributed import Client, LocalCluster
 
     security = security_of(options)
@@ -140,6 +144,7 @@ def connect(options):
         return client, None
     require_safe(options.host, security, options)
     status = f"{options.host}:0"  # of Dask's pages, which would be open to the network otherwise
+    dask.config.set(SELDOM)
     cluster = LocalCluster(n_workers=options.workers, threads_per_worker=1, host=options.host, security=security,
                            protocol="tls" if security else "tcp", dashboard_address=status, worker_dashboard_address=status,
                            silence_logs=logging.CRITICAL, local_directory=tempfile.mkdtemp(prefix="planar_mapping_"))
@@ -258,7 +263,8 @@ def map_survey(options):
                                       for i, (component, x, y) in enumerate(tiles)}, options)
         else:
             result = out / "map.pmap"
-            do_jobs(client, "join", {"join": ["join", str(out), "-o", str(result), "--json"]}, options)
+            threads = "0" if options.scheduler else str(options.workers)  # the other workers have nothing to do
+            do_jobs(client, "join", {"join": ["join", str(out), "-o", str(result), "-j", threads, "--json"]}, options)
     finally:
         client.close()
         if cluster is not None:

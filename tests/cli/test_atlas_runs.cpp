@@ -329,13 +329,15 @@ TEST_F(AtlasRuns, WrongUsesAreCodeTwo) {
   EXPECT_FALSE(exists("a.atlas"));
 }
 
-/// Killed as soon as so many bytes were committed.
-ProgramOptions killedAfter(const std::string& file, std::uintmax_t bytes) {
+/// Killed as soon as so much was written, and so many submaps are there.
+ProgramOptions killedAfter(const std::string& file, std::uintmax_t bytes, std::size_t submaps) {
   ProgramOptions killed;
   killed.while_running = [=](pid_t program, const std::string&) {
     std::error_code none_yet;
     const auto size = std::filesystem::file_size(file + "-wal", none_yet);
-    if (!none_yet && size > bytes) ::kill(program, SIGKILL);
+    if (none_yet || size < bytes) return;
+    if (loadAtlas(file, 1, AtlasContent::Outline).submaps.size() >= submaps)
+      ::kill(program, SIGKILL);
   };
   return killed;
 }
@@ -351,7 +353,7 @@ TEST_F(AtlasRuns, AKilledRunIsResumedAsIfNothingHadHappened) {
   std::size_t left = 0;
   for (const std::uintmax_t size : {150000, 10000}) {
     const ProgramResult killed =
-        run("out", joined(more, {"--atlas", file, "--resume"}), killedAfter(file, size));
+        run("out", joined(more, {"--atlas", file, "--resume"}), killedAfter(file, size, 4));
     ASSERT_EQ(SIGKILL, killed.signal) << killed.err;
     const AtlasData found = loadAtlas(file);
     ASSERT_EQ(2u, found.sessions.size());
@@ -371,7 +373,7 @@ TEST_F(AtlasRuns, AResumedRunKeepsItsOwnAtlasUntilItHasAsMuch) {
   const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore", "--resume"};
   expectExit(0, run("whole", found));
   const std::string file = directory_ / "out/map.atlas";
-  ASSERT_EQ(SIGKILL, run("out", found, killedAfter(file, 400000)).signal);
+  ASSERT_EQ(SIGKILL, run("out", found, killedAfter(file, 400000, 2)).signal);
   const std::size_t left = loadAtlas(file).submaps.size();
   ASSERT_GE(left, 2u);
   ProgramOptions early;
@@ -383,6 +385,26 @@ TEST_F(AtlasRuns, AResumedRunKeepsItsOwnAtlasUntilItHasAsMuch) {
   expectExit(0, run("out", found));
   EXPECT_TRUE(read("whole/map.pmap") == read("out/map.pmap"));
   test::expectSame(loadAtlas(directory_ / "whole/map.atlas"), loadAtlas(file));
+}
+
+/// The result in the folder is that of the earlier run.
+TEST_F(AtlasRuns, ARunThatWasKilledBeforeItReplacedAnEarlierResultIsNotFinished) {
+  const std::vector<std::string> found = {"--set", "motion_estimation.poses=ignore"};
+  expectExit(0, run("out", found));
+  const std::string map = read("out/map.pmap");
+  const std::string file = directory_ / "out/map.atlas";
+  const AtlasData whole = loadAtlas(file);
+  ASSERT_EQ(SIGKILL, run("out", joined(found, {"--force"}), killedAfter(file, 1, 1)).signal);
+  ASSERT_LT(loadAtlas(file).submaps.size(), whole.submaps.size());
+  expectExit(0, run("out", joined(found, {"--resume"})));
+  test::expectSame(whole, loadAtlas(file));
+  EXPECT_TRUE(map == read("out/map.pmap"));
+}
+
+TEST_F(AtlasRuns, ACompleteSessionIsNotResumed) {
+  const std::string file = building();
+  expectExit(0, run("other", {"--frames", ":12", "--atlas", file, "--resume"}));
+  EXPECT_EQ(2u, info(file)["sessions"].size());
 }
 
 /// Another session is added to those that are there.

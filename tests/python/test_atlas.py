@@ -27,7 +27,7 @@ def path(tmp_path, wall_map):
     seed = tmp_path / "a.atlas"
     schema = FORMAT_PAGE.read_text().split("```sql\n")[1].split("```")[0]
     data = sqlite3.connect(seed)
-    data.executescript(schema + f"PRAGMA application_id = {0x504d4154}; PRAGMA user_version = 2;")
+    data.executescript(schema + f"PRAGMA application_id = {0x504d4154}; PRAGMA user_version = 3;")
     data.execute("INSERT INTO sessions VALUES (0, 'wall', 'version: 1')")
     pmap = wall_map.__reduce_ex__(2)[2]
     camera = struct.pack("<7d", 100, 101, 79.5, 59.5, 0.5, 0, 0.01)

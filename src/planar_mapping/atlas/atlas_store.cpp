@@ -21,10 +21,10 @@ using detail::SqliteStatement;
 using detail::SqliteTransaction;
 
 constexpr std::int64_t kApplicationId = 0x504d4154;  // "PMAT"
-constexpr std::int64_t kFormatVersion = 2;
+constexpr std::int64_t kFormatVersion = 3;
 
 /// Poses and maps apart from one another: moving a submap does not write its map again.
-constexpr std::array<const char*, 7> kSchema = {
+constexpr std::array<const char*, 8> kSchema = {
     R"sql(CREATE TABLE sessions (
   id INTEGER PRIMARY KEY,
   source TEXT NOT NULL,
@@ -84,6 +84,9 @@ constexpr std::array<const char*, 7> kSchema = {
   link INTEGER PRIMARY KEY REFERENCES links,
   state TEXT NOT NULL,
   residual REAL NOT NULL
+) STRICT)sql",
+    R"sql(CREATE TABLE open_session (
+  id INTEGER PRIMARY KEY REFERENCES sessions
 ) STRICT)sql"};
 
 /// A session begins: how it finds the rows of those before it.
@@ -92,6 +95,13 @@ constexpr const char* kRememberBefore =
 INSERT INTO submaps_before SELECT id, component, T_world_submap FROM submaps;
 DELETE FROM links_before;
 INSERT INTO links_before SELECT id, state, residual FROM links;)sql";
+constexpr const char* kOpenSession =
+    R"sql(DELETE FROM open_session;
+INSERT INTO open_session SELECT max(id) FROM sessions;)sql";
+constexpr const char* kCloseSession =
+    R"sql(DELETE FROM open_session;
+DELETE FROM submaps_before;
+DELETE FROM links_before;)sql";
 
 /// The newest session goes, and what it has moved goes back.
 std::string takingBack() {
@@ -103,7 +113,7 @@ std::string takingBack() {
          "FROM links_before AS b WHERE b.link = id;"
          "DELETE FROM links WHERE max(from_submap, to_submap) " +
          gone + "DELETE FROM keyframes WHERE submap " + gone + "DELETE FROM maps WHERE submap " +
-         gone + "DELETE FROM submaps WHERE id " + gone +
+         gone + "DELETE FROM submaps WHERE id " + gone + "DELETE FROM open_session;" +
          "DELETE FROM sessions WHERE id = (SELECT max(id) FROM sessions);";
 }
 
@@ -145,7 +155,8 @@ void removeLogs(const std::string& path) {
 struct AtlasStore::Impl {
   Impl(const std::string& path, SqliteMode mode) : file(path, mode) {}
   AtlasData read(int threads, AtlasContent content);
-  void append(const AtlasData& part, const AtlasData& solved, Append how,
+  /// \param begins  a session, that may be taken back
+  void append(const AtlasData& part, const AtlasData& solved, Append how, bool begins,
               const detail::MapBytes& bytes_of);
   /// Calls \p use with the bytes of a map. \throws InputError if there is none
   template <typename Use>
@@ -195,11 +206,12 @@ AtlasData AtlasStore::Impl::read(int threads, AtlasContent content) {
 }
 
 void AtlasStore::Impl::append(const AtlasData& part, const AtlasData& solved, Append how,
-                              const detail::MapBytes& bytes_of) {
+                              bool begins, const detail::MapBytes& bytes_of) {
   SqliteTransaction transaction(file, "BEGIN IMMEDIATE");
   if (how == Append::InPlaceOfLastSession) file.execute(takingBack());
-  if (!part.sessions.empty()) file.execute(kRememberBefore);
+  if (begins) file.execute(kRememberBefore);
   detail::insertRows(file, part, bytes_of);
+  if (begins) file.execute(kOpenSession);
   detail::updateRows(file, solved);
   transaction.commit();
 }
@@ -217,11 +229,14 @@ AtlasData AtlasStore::loadWithoutLastSession(int threads) {
   return impl_->read(threads, AtlasContent::All);
 }
 
-bool AtlasStore::knowsBeforeLastSession() {
-  return impl_->file.number(
-             "SELECT (SELECT count(*) FROM sessions) > 0 AND (SELECT count(*) FROM submaps_before) "
-             "= (SELECT count(*) FROM submaps WHERE session < (SELECT max(id) FROM sessions))") !=
-         0;
+bool AtlasStore::isLastSessionOpen() {
+  return impl_->file.number("SELECT count(*) FROM open_session") != 0;
+}
+
+void AtlasStore::closeSession() {
+  SqliteTransaction transaction(impl_->file, "BEGIN IMMEDIATE");
+  impl_->file.execute(kCloseSession);
+  transaction.commit();
 }
 
 std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int threads) {
@@ -230,11 +245,11 @@ std::shared_ptr<const PlanarMap> AtlasStore::map(std::int64_t submap, int thread
 }
 
 void AtlasStore::append(const AtlasData& part, const AtlasData& solved, Append how) {
-  impl_->append(part, solved, how, detail::serialized);
+  impl_->append(part, solved, how, !part.sessions.empty(), detail::serialized);
 }
 
 void AtlasStore::appendWithMapsOf(AtlasStore& other, std::int64_t offset, const AtlasData& part) {
-  impl_->append(part, {}, Append::ToAll, [&](const Submap& submap) {
+  impl_->append(part, {}, Append::ToAll, false, [&](const Submap& submap) {
     return other.impl_->withMap(submap.id - offset, [](const detail::BlobView& bytes) {
       const auto* first = static_cast<const std::uint8_t*>(bytes.data);
       return std::vector<std::uint8_t>(first, first + bytes.size);

@@ -52,8 +52,10 @@ class PLANAR_MAPPING_EXPORT AtlasStore {
 
   /// All it held when its last session began: neither the rows of that, nor what they moved.
   AtlasData loadWithoutLastSession(int threads = 1);
-  /// Whether there is a last session, and append() wrote it: then it can be taken back.
-  bool knowsBeforeLastSession();
+  /// Whether the last session was begun by append() and is not closed: it can be taken back.
+  bool isLastSessionOpen();
+  /// It is complete: from now on it cannot be taken back.
+  void closeSession();
 
   /// The map of one submap. \throws InputError if there is none with this id
   std::shared_ptr<const PlanarMap> map(std::int64_t submap, int threads = 1);
@@ -62,15 +64,15 @@ class PLANAR_MAPPING_EXPORT AtlasStore {
   /// submap with its keyframes and the links that were found with it. What they refer to is in
   /// \p part or in the file.
   /// \param solved  what update() is called with in the same transaction
-  /// \param how     InPlaceOfLastSession: that one is taken back in the same transaction; it has to
-  ///                be known how
+  /// \param how     InPlaceOfLastSession: that one, which is open, is taken back in the same
+  ///                transaction
   /// \throws InputError if something has a number that is taken, refers to nothing, is not finite
   ///         or has sizes that disagree
   void append(const AtlasData& part, const AtlasData& solved = {}, Append how = Append::ToAll);
 
-  /// As append(), but maps are copied as they are from another file, which has the submaps of
-  /// \p part under numbers that are lower by \p offset.
-  /// \throws InputError as append(), or if the other file has no such map
+  /// As append(), but no session is opened, and maps are copied as they are from another file,
+  /// which has the submaps of \p part under numbers that are lower by \p offset. \throws InputError
+  /// as append(), or if the other file has no such map
   void appendWithMapsOf(AtlasStore& other, std::int64_t offset, const AtlasData& part);
 
   /// Writes what solving changes of the submaps and links in \p solved, in one transaction: poses,

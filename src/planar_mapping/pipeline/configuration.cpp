@@ -100,7 +100,9 @@ FrameSelection parseFrameSelection(const std::string& text) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].empty()) continue;
     const char* end = parts[i].data() + parts[i].size();
-    const auto result = std::from_chars(parts[i].data(), end, *targets[i]);
+    std::int64_t number = 0;
+    const auto result = std::from_chars(parts[i].data(), end, number);
+    *targets[i] = number;
     if (result.ec != std::errc() || result.ptr != end || *targets[i] < 0) throw fail();
   }
   if (parts.size() == 1) selection.last = selection.first + 1;
@@ -165,6 +167,13 @@ std::string effectiveYaml(const Configuration& configuration) {
       yaml += "    " + parameter.name + ": " + toYaml(parameter.get()) + "\n";
   }
   return yaml;
+}
+
+std::string withoutThreads(std::string effective_yaml) {
+  const std::size_t before = effective_yaml.find("\nthreads: ");
+  if (before != std::string::npos)
+    effective_yaml.erase(before, effective_yaml.find('\n', before + 1) - before);
+  return effective_yaml;
 }
 
 std::string findConfiguration(const std::string& name) {

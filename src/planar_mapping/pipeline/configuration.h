@@ -94,6 +94,8 @@ PLANAR_MAPPING_EXPORT Configuration parseConfiguration(const std::string& text,
 
 /// The whole configuration as YAML, every value written out; reading it gives the same run.
 PLANAR_MAPPING_EXPORT std::string effectiveYaml(const Configuration& configuration);
+/// Its text without the number of threads, which changes nothing in a map.
+PLANAR_MAPPING_EXPORT std::string withoutThreads(std::string effective_yaml);
 
 /// "first:last:step" with any part left out, as in "10:", ":100:2", "5".
 /// \throws InputError

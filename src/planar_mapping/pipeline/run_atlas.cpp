@@ -26,18 +26,25 @@ void removeAtlas(const std::string& path) {
     std::filesystem::remove(path + suffix, ignored);
 }
 
-/// Their number changes nothing.
-std::string withoutThreads(std::string yaml) {
-  const std::size_t line = yaml.find("threads:");
-  if (line != std::string::npos) yaml.erase(line, yaml.find('\n', line) + 1 - line);
-  return yaml;
+/// Whether the last session of the file is this one, and was interrupted.
+bool isOpen(AtlasStore& file, const AtlasSession& session, const AtlasData& outline) {
+  return file.isLastSessionOpen() && outline.sessions.back().source == session.source &&
+         outline.sessions.back().configuration == session.configuration;
+}
+
+AtlasSession sessionOf(const Configuration& configuration, const std::vector<std::string>& inputs) {
+  AtlasSession session;
+  for (const std::string& name : inputs)
+    session.source += (session.source.empty() ? "" : ", ") + name;
+  session.configuration = withoutThreads(effectiveYaml(configuration));
+  return session;
 }
 
 }  // namespace
 
 struct RunAtlas::Store {
-  /// Goes on where the last session of the file is that of this run, which was interrupted.
-  /// \return what there was before it; nothing if it is another one
+  /// Goes on where the run was interrupted.
+  /// \return what there was before its session; nothing if it has none
   std::optional<AtlasData> resume(const AtlasSession& session, int threads);
 
   std::string path;
@@ -47,46 +54,46 @@ struct RunAtlas::Store {
 };
 
 std::optional<AtlasData> RunAtlas::Store::resume(const AtlasSession& session, int threads) {
-  if (!file->knowsBeforeLastSession()) return std::nullopt;
   const AtlasData all = file->load(threads, AtlasContent::Outline);
-  const AtlasSession& last = all.sessions.back();
-  if (last.source != session.source || last.configuration != session.configuration)
-    return std::nullopt;
+  if (!isOpen(*file, session, all)) return std::nullopt;
   for (const Submap& submap : all.submaps)
-    if (submap.session == last.id) frames += file->map(submap.id, threads)->frames();
+    if (submap.session == all.sessions.back().id) frames += file->map(submap.id, threads)->frames();
   how = Append::InPlaceOfLastSession;
   return file->loadWithoutLastSession(threads);
 }
 
 RunAtlas::~RunAtlas() = default;
 
-void RunAtlas::open(const RunOptions& options, const std::string& own,
+bool RunAtlas::wasInterrupted(const std::string& path,
+                              const std::vector<std::string>& inputs) const {
+  try {
+    AtlasStore file = AtlasStore::open(path);
+    return isOpen(file, sessionOf(pipeline_.configuration(), inputs),
+                  file.load(1, AtlasContent::Outline));
+  } catch (const Error&) {  // there is none
+    return false;
+  }
+}
+
+void RunAtlas::open(const std::string& path, bool is_own, const RunOptions& options,
                     const std::vector<std::string>& inputs) {
-  const bool is_own = options.atlas.empty();
-  if (is_own && own.empty()) return;
   store_ = std::make_unique<Store>();
-  store_->path = is_own ? own : options.atlas;
-  AtlasSession session;
-  for (const std::string& name : inputs)
-    session.source += (session.source.empty() ? "" : ", ") + name;
-  session.configuration = withoutThreads(effectiveYaml(pipeline_.configuration()));
+  store_->path = path;
+  AtlasSession session = sessionOf(pipeline_.configuration(), inputs);
   const int threads = pipeline_.configuration().settings.threads;
   std::optional<AtlasData> known;
-  if (std::filesystem::exists(store_->path) && (!is_own || options.resume)) {
-    if (!is_own) known = loadAtlas(store_->path, threads);
+  if (std::filesystem::exists(path) && (!is_own || options.resume)) {
     try {
-      writingResult([&]() { store_->file = AtlasStore::open(store_->path, AtlasAccess::Write); });
-      std::optional<AtlasData> before;
-      if (options.resume) before = store_->resume(session, threads);
-      if (before) known = std::move(before);
+      writingResult([&]() { store_->file = AtlasStore::open(path, AtlasAccess::Write); });
+      if (options.resume) known = store_->resume(session, threads);
+      if (!known && !is_own) known = store_->file->load(threads);
     } catch (const Error&) {
       if (!is_own) throw;  // else it is made anew
     }
     if (!known) store_->file.reset();
   } else if (!is_own) {
-    writingResult(
-        [&]() { AtlasStore::create(store_->path); });  // what cannot be written is said at once
-    removeAtlas(store_->path);
+    writingResult([&]() { AtlasStore::create(path); });  // what cannot be written is said at once
+    removeAtlas(path);
   }
   SubmapParams params;
   params.frames = options.submap_frames;
@@ -124,6 +131,10 @@ std::string RunAtlas::finish() {
          " loops used";
 }
 
+void RunAtlas::close() {
+  if (store_ != nullptr && store_->file) writingResult([&]() { store_->file->closeSession(); });
+}
+
 std::vector<MapPlace> RunAtlas::places() const {
   std::vector<MapPlace> places;
   if (pipeline_.atlas() == nullptr) return places;
@@ -145,11 +156,16 @@ struct RunAtlas::Store {};
 
 RunAtlas::~RunAtlas() = default;
 
-void RunAtlas::open(const RunOptions& options, const std::string&,
-                    const std::vector<std::string>&) {
-  if (!options.atlas.empty())
-    throw InputError(options.atlas + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
+bool RunAtlas::wasInterrupted(const std::string&, const std::vector<std::string>&) const {
+  return false;
 }
+
+void RunAtlas::open(const std::string& path, bool is_own, const RunOptions&,
+                    const std::vector<std::string>&) {
+  if (!is_own) throw InputError(path + ": this build has no atlas (libceres-dev, libsqlite3-dev)");
+}
+
+void RunAtlas::close() {}
 
 void RunAtlas::storeSubmaps() {}
 

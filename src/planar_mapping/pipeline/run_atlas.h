@@ -22,11 +22,14 @@ class RunAtlas {
   RunAtlas(const RunAtlas&) = delete;
   RunAtlas& operator=(const RunAtlas&) = delete;
 
+  /// Whether a run of these inputs began a session of the file and did not close it.
+  bool wasInterrupted(const std::string& path, const std::vector<std::string>& inputs) const;
   /// Before the first frame; the file is made with the first submap that is closed.
-  /// \param own  file of a run that finds poses and is given no other; one of an earlier run is
-  ///             replaced. Empty = no atlas then
+  /// \param path    of the file
+  /// \param is_own  of a run that finds poses and is given no other: that of an earlier run is
+  ///                replaced
   /// \throws InputError; IoError of what cannot be read; OutputError
-  void open(const RunOptions& options, const std::string& own,
+  void open(const std::string& path, bool is_own, const RunOptions& options,
             const std::vector<std::string>& inputs);
   /// Writes the submaps that were closed, each in one transaction.
   /// \throws OutputError; they are written with the next ones then
@@ -34,6 +37,9 @@ class RunAtlas {
   /// After the last frame: all the rest. \return what the atlas has, a line; empty without one
   /// \throws OutputError
   std::string finish();
+  /// What finish() wrote is safe, and so is all else that the run made.
+  /// \throws OutputError
+  void close();
 
   /// Of the submaps of this session; empty without an atlas.
   std::vector<MapPlace> places() const;

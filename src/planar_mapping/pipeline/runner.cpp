@@ -37,10 +37,9 @@ Clock::duration secondsOf(double seconds) {
 
 /// The lines of a configuration that change the map.
 std::vector<std::string> linesOf(const std::string& yaml) {
-  std::istringstream in(yaml);
+  std::istringstream in(withoutThreads(yaml));
   std::vector<std::string> lines;
-  for (std::string line; std::getline(in, line);)
-    if (line.compare(0, 8, "threads:") != 0) lines.push_back(line);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;
 }
 
@@ -69,7 +68,12 @@ class Run {
   }
 
   RunResult execute() {
-    if (options_.resume && hasEarlierResult() && isFinished()) {
+    const bool own_atlas = options_.atlas.empty();
+    const std::string atlas = !own_atlas     ? options_.atlas
+                              : findsPoses() ? directory_.pathOf("map.atlas")
+                                             : std::string();
+    if (options_.resume && hasEarlierResult() && isFinished() &&
+        !atlas_.wasInterrupted(atlas, source_.names())) {
       result_.was_finished = true;
       return std::move(result_);
     }
@@ -77,7 +81,7 @@ class Run {
     for (const std::string& input : source_.names()) log("input " + input);
     for (const std::string& note : source_.notes()) log("input: " + note);
     if (const std::optional<ImagesUp> up = source_.meanUp()) pipeline_.setMeanUp(*up);
-    atlas_.open(options_, findsPoses() ? directory_.pathOf("map.atlas") : "", source_.names());
+    if (!atlas.empty()) atlas_.open(atlas, own_atlas, options_, source_.names());
     try {
       processFrames();
     } catch (const Error& error) {
@@ -85,7 +89,7 @@ class Run {
       if (statistics_.usedFrames() == 0 || !mayReplace()) throw;
       source_.close();
       log(std::string("failed: ") + error.what());
-      closeAtlas();
+      finishAtlas();
       save(true);
       throw;
     }
@@ -94,8 +98,9 @@ class Run {
     // A map of nothing, or of less, must not replace one of something.
     result_.saved =
         !result_.interrupted || (statistics_.frames() > 0 ? mayReplace() : !hasEarlierResult());
-    closeAtlas();
+    finishAtlas();
     save(result_.interrupted);
+    if (!result_.interrupted) atlas_.close();
     return std::move(result_);
   }
 
@@ -164,7 +169,7 @@ class Run {
     }
   }
 
-  void closeAtlas() {
+  void finishAtlas() {
     const std::string has = atlas_.finish();
     if (!has.empty()) log(has);
   }
@@ -335,6 +340,7 @@ class Run {
   std::vector<io::StampedPose> inWorld(const std::vector<std::pair<double, Pose>>& poses,
                                        const Vector3& origin) const {
     std::vector<io::StampedPose> trajectory;
+    trajectory.reserve(poses.size());
     for (const auto& [timestamp, pose] : poses)
       trajectory.push_back({timestamp, Eigen::Translation3d(origin) * pose});
     if (!warned_of_time_) {

@@ -43,7 +43,7 @@ std::string rowsOf(const std::string& path) {
         "log_odds, residual FROM "
         "links",
         "SELECT submap, component, hex(T_world_submap) FROM submaps_before",
-        "SELECT * FROM links_before"})
+        "SELECT * FROM links_before", "SELECT * FROM open_session"})
     EXPECT_EQ(SQLITE_OK, sqlite3_exec(file, query, add, &all, nullptr)) << query;
   sqlite3_close(file);
   return all;
@@ -219,9 +219,9 @@ AtlasData secondSession(const AtlasData& first, AtlasData& solved) {
 TEST_F(AtlasStoreTest, TheLastSessionIsTakenBackOrReplaced) {
   const AtlasData first = walkedAtlas(3);
   AtlasStore store = AtlasStore::create(directory_ / "a.atlas");
-  EXPECT_FALSE(store.knowsBeforeLastSession());
+  EXPECT_FALSE(store.isLastSessionOpen());
   store.append(first);
-  EXPECT_TRUE(store.knowsBeforeLastSession());
+  EXPECT_TRUE(store.isLastSessionOpen());
   expectSame({}, store.loadWithoutLastSession());
   AtlasData solved;
   const AtlasData second = secondSession(first, solved);
@@ -231,7 +231,7 @@ TEST_F(AtlasStoreTest, TheLastSessionIsTakenBackOrReplaced) {
   store.append(begun, solved);
   const AtlasData interrupted = store.load();
   EXPECT_EQ(4u, interrupted.submaps.size());
-  EXPECT_TRUE(store.knowsBeforeLastSession());
+  EXPECT_TRUE(store.isLastSessionOpen());
   expectSame(first, store.loadWithoutLastSession());
   expectSame(interrupted, store.load());
   // What fails takes nothing back.
@@ -246,11 +246,14 @@ TEST_F(AtlasStoreTest, TheLastSessionIsTakenBackOrReplaced) {
   whole.append(first);
   whole.append(second, solved);
   expectSame(whole.load(), store.load());
+  store.closeSession();
+  EXPECT_FALSE(store.isLastSessionOpen());
+  expectSame(whole.load(), store.load());
 }
 
-TEST_F(AtlasStoreTest, HowItWasBeforeTheLastOfMergedSessionsIsNotKnown) {
+TEST_F(AtlasStoreTest, NoSessionOfMergedOnesIsOpen) {
   saveAtlas(mergeAtlases({walkedAtlas(2), walkedAtlas(1)}), directory_ / "a.atlas");
-  EXPECT_FALSE(AtlasStore::open(directory_ / "a.atlas").knowsBeforeLastSession());
+  EXPECT_FALSE(AtlasStore::open(directory_ / "a.atlas").isLastSessionOpen());
 }
 
 TEST_F(AtlasStoreTest, CreateOverwritesOnlyWhenAsked) {
