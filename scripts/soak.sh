@@ -7,8 +7,9 @@
 # The disturbed run is killed at random moments and resumed; in every other round the frames come
 # from a front-end in another process, which is killed as well; in the others a file is damaged and
 # mended once the run has refused it. Its map has to have the bytes of the undisturbed one. Prints
-# for each kind of scene how time a frame and memory of the undisturbed run change from its second
-# to its last quarter: on the way back, or the second time around in a room, the same is seen again.
+# for each kind of scene the time of a frame in the last quarter of the undisturbed run to that of the
+# same frames in a map of their own, and its memory then to that in the second quarter: on the way
+# back, or the second time around in a room, the same is seen again.
 # Ends with code 1 if a map differs or a run cannot be resumed.
 set -euo pipefail
 
@@ -26,7 +27,7 @@ finish() {
     -v stuck="$stuck" -v peak="$peak" '{ n[$1]++; time[$1] += $2; memory[$1] += $3 } END {
       printf "%d frames, %d kills, %d damaged files: %d wrong maps, %d runs that could not be " \
         "resumed; peak memory %d MB", frames, kills, damaged, wrong, stuck, peak / 1024
-      if (NR) printf "; last quarter to second:"
+      if (NR) printf "; last quarter:"
       for (s in n) printf " %s: time a frame %.2f, memory %.2f;", s, time[s] / n[s], memory[s] / n[s]
       print "" }' "$work/growth"
   rm -rf "$work"
@@ -49,13 +50,18 @@ undisturbed() {
   wait "$child"
   memory=$(sort -n "$work/rss" | tail -1)
   [ "${memory:-0}" -le "$peak" ] || peak=$memory
-  awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "frame_ms") column = i }
-           NR > 1 { print $column }' "$work/whole/frames.csv" > "$work/times"
-  quarter() {  # of file $1, quarter $2: median
-    awk -v q="$2" '{ v[NR] = $1 } END { for (i = int(NR * (q - 1) / 4) + 1; i <= NR * q / 4; i++) print v[i] }' "$1" |
-      sort -n | awk '{ v[NR] = $1 } END { print NR ? v[int((NR + 1) / 2)] : 1 }'
+  times() {  # a frame, of run $1, from line $2 on
+    awk -F, -v from="$2" 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "frame_ms") column = i }
+                          NR > from { print $column }' "$1/frames.csv"
   }
-  echo "$(quarter "$work/times" 4) $(quarter "$work/times" 2) $(quarter "$work/rss" 4) $(quarter "$work/rss" 2)" |
+  quarter() {  # number $1 of the memory
+    awk -v q="$1" '{ v[NR] = $1 } END { for (i = int(NR * (q - 1) / 4) + 1; i <= NR * q / 4; i++) print v[i] }' "$work/rss"
+  }
+  median() { sort -n | awk '{ v[NR] = $1 } END { print NR ? v[int((NR + 1) / 2)] : 1 }'; }
+  rm -rf "$work/fresh"  # the last quarter again, into a map of its own
+  "$tool" run "$config" -i "$work/in" -o "$work/fresh" -q --frames "$((round_frames * 3 / 4)):" > "$work/out.txt" 2>&1
+  echo "$(times "$work/whole" "$((round_frames * 3 / 4 + 1))" | median) $(times "$work/fresh" 1 | median)" \
+    "$(quarter 4 | median) $(quarter 2 | median)" |
     awk -v scene="$1" '{ print scene, $1 / $2, $3 / $4 }' >> "$work/growth"
 }
 

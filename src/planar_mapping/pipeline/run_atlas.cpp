@@ -84,6 +84,7 @@ void RunAtlas::open(const std::string& path, bool is_own, const RunOptions& opti
   std::optional<AtlasData> known;
   if (std::filesystem::exists(path) && (!is_own || options.resume)) {
     try {
+      AtlasStore::open(path);  // what cannot be read is no matter of writing
       writingResult([&]() { store_->file = AtlasStore::open(path, AtlasAccess::Write); });
       if (options.resume) known = store_->resume(session, threads);
       if (!known && !is_own) known = store_->file->load(threads);
