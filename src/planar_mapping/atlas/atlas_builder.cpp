@@ -24,24 +24,26 @@ constexpr double kKeyframeTurn = 15.0 * kRadiansPerDegree;  // radians
 constexpr double kLeastShift = 0.001;  // metres, a step
 constexpr double kLeastTurn = 0.0003;  // radians, a step
 /// Of given poses: slip and bias, as odometers have them.
-constexpr double kDrift = 0.02;                         // of the way, and of all turns
+constexpr double kDrift = 0.02;                         // of the way, and of a turn about its axis
 constexpr double kTurnDrift = 0.3 * kRadiansPerDegree;  // radians a metre
 // So far such an error goes on in one direction; beyond that variances add up.
 constexpr double kSteadyWay = 10.0;         // metres
 constexpr double kSteadyTurn = 2.0 * M_PI;  // radians
 
-Vector6 varianceOf(const Pose& step, bool is_given) {
+Matrix6 covarianceOf(const Pose& step, bool is_given) {
   Vector6 variance;
   variance << Vector3::Constant(kLeastShift * kLeastShift),
       Vector3::Constant(kLeastTurn * kLeastTurn);
-  if (!is_given) return variance;
-  const double way = step.translation().norm();
-  const double turn = rotationAngle(step.linear());
-  Vector6 drift;
-  drift << Vector3::Constant(kDrift * kDrift * kSteadyWay * way),
-      Vector3::Constant(kTurnDrift * kTurnDrift * kSteadyWay * way +
-                        kDrift * kDrift * kSteadyTurn * turn);
-  return variance + drift;
+  Matrix6 covariance = variance.asDiagonal();
+  if (!is_given) return covariance;
+  const double way = kSteadyWay * step.translation().norm();
+  variance << Vector3::Constant(kDrift * kDrift * way),
+      Vector3::Constant(kTurnDrift * kTurnDrift * way);
+  covariance.diagonal() += variance;
+  const Eigen::AngleAxisd turn(step.linear());
+  covariance.bottomRightCorner<3, 3>() +=
+      kDrift * kDrift * kSteadyTurn * turn.angle() * turn.axis() * turn.axis().transpose();
+  return covariance;
 }
 
 }  // namespace
@@ -112,7 +114,7 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
     const Pose step = seen.T_track_sensor.inverse() * *track.last_frame;
     path_ += step.translation().norm();
     track.drift = turnedCovariance(step, track.drift);
-    track.drift.diagonal() += varianceOf(step, !seen.drift);
+    track.drift += covarianceOf(step, !seen.drift);
     if (seen.drift) track.drift += *seen.drift;
   }
   if (is_entering_) {

@@ -213,6 +213,16 @@ TEST(AtlasBuilder, TheOpenSubmapIsInTheMapAndTheData) {
   }
 }
 
+/// A wrong measure of a turn errs about its axis: it tilts nothing.
+TEST(AtlasBuilder, GivenPosesDriftAboutTheAxisOfTheirTurns) {
+  AtlasBuilder builder = builderOf(kTurn / 2, kEndless);
+  Loop(builder, Pose::Identity(), 1, false).walk(kTurn / 2 + 1);
+  ASSERT_EQ(1u, builder.data().links.size());
+  const Vector3 rotation = builder.data().links[0].covariance.diagonal().tail<3>().cwiseSqrt();
+  EXPECT_GT(rotation.z(), 0.05);
+  EXPECT_LT(rotation.head<2>().maxCoeff(), 0.4 * rotation.z());
+}
+
 TEST(AtlasBuilder, WithoutImagesThereAreSubmapsAndNoPlaces) {
   AtlasBuilder builder = builderOf(6, kEndless);
   Loop loop(builder, Pose::Identity(), 1, false);
