@@ -199,6 +199,28 @@ TEST(JoinedMap, AnotherOriginIsShifted) {
   EXPECT_LT(compareMaps(same.map(), shifted.map()).fraction(), 0.05);
 }
 
+/// Up is what its track took it to be: a loop may say otherwise, and a run goes on.
+TEST(JoinedMap, ASubmapThatIsTiltedIsJoined) {
+  const SubmapPtr level = submapOf(0, 3);
+  Pose tilt = Pose::Identity();
+  tilt.linear() = Eigen::AngleAxisd(0.5, Vector3::UnitX()).toRotationMatrix();
+  PlanarMap tilted(level->params());
+  for (int i = 3; i < 5; ++i) {
+    const auto view = look(Scene(), lookFrom({-0.6 + 0.2 * i, 0.0, 1.0}, 0.08 * (i - 3)), 0.1 * i);
+    FrameObservation frame = view.frame();
+    frame.T_world_sensor = tilt.inverse() * frame.T_world_sensor;
+    tilted.insert(frame);
+  }
+  JoinedMap joined;
+  joined.set(0, level, Pose::Identity());
+  joined.set(1, std::make_shared<PlanarMap>(std::move(tilted)), tilt);
+  JoinedMap straight;
+  straight.set(0, level, Pose::Identity());
+  straight.set(1, submapOf(3, 5), Pose::Identity());
+  EXPECT_EQ(joined.map().planes().size(), straight.map().planes().size());
+  EXPECT_THROW(PlanarMap(*level).merge(*submapOf(3, 5), tilt), InputError);
+}
+
 TEST(JoinedMap, RefusesWhatDoesNotFit) {
   JoinedMap joined;
   joined.set(0, submapOf(0, 2), Pose::Identity());

@@ -23,13 +23,17 @@ void requireSame(const char* what, double ours, double other) {
                    " m in the other; map one of them again");
 }
 
-void requireAlike(const MapData& map, const MapData& other, const Pose& T) {
+void requireAlike(const MapData& map, const MapData& other) {
   if (map.isCompact() != other.isCompact()) {
     throw InputError("maps of different profiles cannot be merged; map one of them again");
   }
   requireSame("resolutions", map.resolution(), other.resolution());
   requireSame("resolutions of unknown space", map.unknownResolution(), other.unknownResolution());
   requireSame("thicknesses", map.thickness(), other.thickness());
+}
+
+/// A map that lies on its side was given a wrong pose.
+void requireLevel(const MapData& map, const MapData& other, const Pose& T) {
   constexpr double kMaxTilt = 0.175;  // 10 degrees: poses of maps are not exact
   const Vector3 ours = map.params.approximation.up.normalized();
   const Vector3 theirs = T.linear() * other.params.approximation.up.normalized();
@@ -112,13 +116,14 @@ Pose requireJoinable(const MapData& map, const MapData& other, const Pose& T_map
   Pose T = T_map_other;
   requirePose(T);
   T.linear() = Quaternion(T.linear()).normalized().toRotationMatrix();
-  requireAlike(map, other, T);
+  requireAlike(map, other);
   requireWithin(other, T, map.params.unknown_space);
   return T;
 }
 
 FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other) {
   const Pose T = requireJoinable(map, other, T_map_other);
+  requireLevel(map, other, T);
   const bool in_place = T.matrix() == Pose::Identity().matrix();
   if (other.trajectory.empty()) return {};
   const int order = map.trajectory.empty() ? 1 : compare(map, other);
