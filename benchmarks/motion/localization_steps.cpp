@@ -47,7 +47,6 @@ struct Input {
   std::uint32_t width = 0;
   std::uint32_t height = 1;
   Pose truth = Pose::Identity();
-  double timestamp = 0.0;
 };
 
 struct Row {
@@ -84,7 +83,6 @@ std::vector<Input> readInputs(const io::Sequence& sequence) {
       input.xyz = std::move(frame.cloud.xyz);
     }
     input.truth = frame.T_world_sensor.value_or(Pose::Identity());
-    input.timestamp = frame.timestamp;
     inputs.push_back(std::move(input));
   }
   return inputs;
@@ -135,7 +133,6 @@ Locate byImages(const io::Calibration& calibration) {
     frame.gray = input.gray;
     frame.cloud = cloudOf(input);
     frame.camera = calibration.camera;
-    frame.timestamp = input.timestamp;
     return localizer->locate(frame);
   };
 }

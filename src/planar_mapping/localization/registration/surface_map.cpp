@@ -77,12 +77,6 @@ class SurfaceMap::Implementation {
     return verified(result, shape, detail::SeenRanges(cloud, params_), lost, true);
   }
 
-  std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
-    if (!(params_.search_reach > 0.0)) return {};
-    return lookAround(detail::shapeOf(cloud, params_), detail::SeenRanges(cloud, params_), guess,
-                      0);
-  }
-
   /// At the one place where it fits; nowhere if there are two.
   /// \param near   a place found already
   /// \param lost   clouds before that were not found: so many times farther around
@@ -93,8 +87,11 @@ class SurfaceMap::Implementation {
     constexpr double kBetter = 1.1;      // times the fit at the place next to the guess
     constexpr double kAsGood = 0.9;      // likewise, for what is that place
     std::vector<CloudRegistration> found;
-    for (const CloudRegistration& place : placesFar(cloud, guess)) {
-      if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
+    if (params_.search_reach > 0.0) {
+      const detail::CloudShape shape = detail::shapeOf(cloud, params_);
+      const detail::SeenRanges seen(cloud, params_);
+      for (const CloudRegistration& place : lookAround(shape, seen, guess, 0))
+        if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
     }
     if (near.found) found.push_back(near);
     const CloudRegistration best = bestOf(found);
@@ -360,12 +357,6 @@ CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& gu
                                          int lost) const {
   requireRigid("the guessed pose of a cloud", guess);
   return implementation_->locateNear(cloud, guess, lost);
-}
-
-std::vector<CloudRegistration> SurfaceMap::placesFar(const PointsView& cloud,
-                                                     const Pose& guess) const {
-  requireRigid("the guessed pose of a cloud", guess);
-  return implementation_->placesFar(cloud, guess);
 }
 
 std::size_t SurfaceMap::cells() const {

@@ -137,7 +137,6 @@ Localization FrameLocator::locateImage(Frame& frame, const std::optional<Pose>& 
   seen.gray = io::toGray(frame.images.left);
   seen.cloud = pointsOf(*frame.cloud);
   seen.camera = *frame.camera;
-  seen.timestamp = frame.timestamp;
   seen.prior = prior;
   if (prior) seen.prior_covariance = *step_covariance;
   Localization found = images_->locate(seen);
