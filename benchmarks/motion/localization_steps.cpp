@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Poses that the localizer finds in sequences, against their true ones:
 //
-//   localization_steps [--every N[,N...]] [--first N] [--verbose] FOLDER...
+//   localization_steps [--every N[,N...]] [--first N] [--clouds] [--verbose] FOLDER...
 //
+// With --clouds by depth alone, as without images.
 // A step leads from a frame to the next one of its submap. It is right within 5 degrees and 10 cm +
 // 5 % of the true motion. Prints a row per folder and thinning, and the sum.
 #include <algorithm>
@@ -11,7 +12,9 @@
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <functional>
 #include <map>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -22,6 +25,7 @@
 #include "planar_mapping/localization/localizer.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 #include "planar_mapping/localization/trajectory_error.h"
+#include "planar_mapping/pipeline/motion/frame_locator.h"
 #include "planar_mapping/stereo/matching/stereo_matcher.h"
 
 namespace {
@@ -31,6 +35,7 @@ using namespace planar_mapping;
 struct Options {
   std::vector<std::size_t> every = {1, 2, 3, 5, 8};
   std::size_t first = 0;
+  bool clouds = false;
   bool verbose = false;
   std::vector<std::string> folders;
 };
@@ -39,8 +44,9 @@ struct Options {
 struct Input {
   io::Image gray;
   std::vector<float> xyz;
+  std::uint32_t width = 0;
+  std::uint32_t height = 1;
   Pose truth = Pose::Identity();
-  double timestamp = 0.0;
 };
 
 struct Row {
@@ -64,16 +70,19 @@ std::vector<Input> readInputs(const io::Sequence& sequence) {
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     io::Frame frame = sequence.read(i);
     Input input;
-    input.gray = io::toGray(frame.left);
+    if (!frame.left.empty()) input.gray = io::toGray(frame.left);
+    input.width = static_cast<std::uint32_t>(input.gray.width);
+    input.height = static_cast<std::uint32_t>(input.gray.height);
     if (sequence.kind() == io::SequenceKind::Stereo) {
       const DisparityImage disparity =
           StereoMatcher().match(frame.left, frame.right, *sequence.calibration());
       triangulate(disparity, *sequence.calibration(), input.xyz);
     } else {
+      input.width = frame.cloud.width;
+      input.height = frame.cloud.height;
       input.xyz = std::move(frame.cloud.xyz);
     }
     input.truth = frame.T_world_sensor.value_or(Pose::Identity());
-    input.timestamp = frame.timestamp;
     inputs.push_back(std::move(input));
   }
   return inputs;
@@ -108,25 +117,48 @@ void judge(const Placed& before, const Placed& now, double ms, bool verbose, Row
       now.found.begins_submap ? " joined a step later" : "");
 }
 
-Row measure(const std::vector<Input>& inputs, const io::Calibration& calibration, std::size_t first,
-            std::size_t every, bool verbose) {
+PointsView cloudOf(const Input& input) {
+  return {input.xyz.data(), input.width, input.height, 3};
+}
+
+using Locate = std::function<Localization(const Input&)>;
+
+Locate byImages(const io::Calibration& calibration) {
   LocalizerParams params;
   if (calibration.baseline)
     params.noise = SensorNoise::ofPair(calibration.camera.fx, *calibration.baseline);
-  Localizer localizer(params);
+  const auto localizer = std::make_shared<Localizer>(params);
+  return [localizer, calibration](const Input& input) {
+    LocalizerFrame frame;
+    frame.gray = input.gray;
+    frame.cloud = cloudOf(input);
+    frame.camera = calibration.camera;
+    return localizer->locate(frame);
+  };
+}
+
+/// \param first  sets the cells, as a run does
+Locate byClouds(const Input& first, bool is_camera) {
+  SurfaceMapParams params = is_camera ? SurfaceMapParams() : SurfaceMapParams::ofScanner();
+  const double times = surfaceCellFor(cloudOf(first), params) / params.cell;
+  params.cell *= times;
+  params.reach *= times;
+  const auto locator = std::make_shared<detail::CloudLocator>(params);
+  return [locator, is_camera](const Input& input) {
+    return locator->locate(cloudOf(input), is_camera, std::nullopt, Matrix6::Zero(),
+                           []() { return Pose(Pose::Identity()); });
+  };
+}
+
+Row measure(const std::vector<Input>& inputs, const Locate& locate, std::size_t first,
+            std::size_t every, bool verbose) {
   std::map<std::size_t, std::vector<Placed>> submaps;
   Row row;
   std::size_t frames = 0;
   for (std::size_t i = first; i < inputs.size(); i += every) {
     const Input& input = inputs[i];
-    LocalizerFrame frame;
-    frame.gray = input.gray;
-    frame.cloud = PointsView(input.xyz.data(), static_cast<std::uint32_t>(input.gray.width),
-                             static_cast<std::uint32_t>(input.gray.height), 3);
-    frame.camera = calibration.camera;
-    frame.timestamp = input.timestamp;
     const std::clock_t start = std::clock();
-    const Localization found = localizer.locate(frame);
+    const Localization found = locate(input);
     const double ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     row.ms += ms;
     row.most_ms = std::max(row.most_ms, ms);
@@ -181,6 +213,8 @@ Options optionsOf(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--verbose") == 0) {
       options.verbose = true;
+    } else if (std::strcmp(argv[i], "--clouds") == 0) {
+      options.clouds = true;
     } else if (std::strcmp(argv[i], "--first") == 0 && i + 1 < argc) {
       options.first = static_cast<std::size_t>(std::max(0, std::atoi(argv[++i])));
     } else if (std::strcmp(argv[i], "--every") == 0 && i + 1 < argc) {
@@ -213,8 +247,10 @@ int main(int argc, char** argv) {
       name = name.substr(name.find_last_of('/') + 1);
       std::size_t folder_right = 0, folder_steps = 0, folder_wrong = 0;
       for (const std::size_t every : options.every) {
-        const Row row =
-            measure(inputs, *sequence.calibration(), options.first, every, options.verbose);
+        const bool is_camera = sequence.calibration().has_value();
+        const Locate locate = options.clouds ? byClouds(inputs.at(options.first), is_camera)
+                                             : byImages(*sequence.calibration());
+        const Row row = measure(inputs, locate, options.first, every, options.verbose);
         std::printf(
             "%-24s %5zu %5zu %5zu %5zu %7zu %7zu %5zu %8.1f %7.2f %7.1f %7.2f %6.1f %6.1f\n",
             name.c_str(), every, row.steps, row.right, row.wrong, row.right_in_largest, row.submaps,

@@ -8,6 +8,7 @@
 
 #include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_rows.h"
+#include "planar_mapping/atlas/cloud_places.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
@@ -55,7 +56,10 @@ void SubmapParams::validate() const {
 
 AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& map,
                            AtlasSession session, AtlasData known)
-    : params_(params), map_params_(map), data_(std::move(known)) {
+    : params_(params),
+      map_params_(map),
+      data_(std::move(known)),
+      cloud_places_(std::make_shared<detail::CloudPlaces>()) {
   params_.validate();
   requireFits(data_, map_params_);
   session.id = detail::nextId(data_.sessions);
@@ -127,30 +131,52 @@ AtlasBuilder::Update AtlasBuilder::add(const Seen& seen) {
     linkTrack(*seen.joined);
     update.moved = solvePoseGraph(data_).moved;
   }
-  if (seen.gray == nullptr) return update;
+  if (seen.gray == nullptr && seen.cloud.size == 0) return update;
   if (last_keyframe_) {
     const Pose since = last_keyframe_->inverse() * seen.T_track_sensor;
     if (since.translation().norm() < kKeyframeStep && rotationAngle(since.linear()) < kKeyframeTurn)
       return update;
   }
+  last_keyframe_ = seen.T_track_sensor;
+  update.links = findLoops(seen);
+  if (update.links.empty()) return update;
+  for (Link& link : update.links) {
+    link.id = detail::nextId(data_.links);
+    data_.links.push_back(link);
+  }
+  for (const std::int64_t moved : solvePoseGraph(data_).moved)
+    if (std::find(update.moved.begin(), update.moved.end(), moved) == update.moved.end())
+      update.moved.push_back(moved);
+  const auto found = static_cast<std::ptrdiff_t>(update.links.size());
+  update.links.assign(data_.links.end() - found, data_.links.end());
+  is_joined_ = is_joined_ && update.moved.empty();
+  return update;
+}
+
+/// Of a frame that is remembered from now on, by its image or else by its cloud.
+std::vector<Link> AtlasBuilder::findLoops(const Seen& seen) {
+  const std::int64_t submap = data_.submaps.back().id;
+  std::vector<std::int64_t> neighbours;
+  for (const Link& link : data_.links)
+    if (link.kind == LinkKind::Neighbour && link.to_submap == submap)
+      neighbours.push_back(link.from_submap);
+  if (seen.gray == nullptr) {
+    const detail::SeenCloud cloud{submap, seen.T_track_sensor, seen.cloud, seen.is_scan};
+    std::vector<Link> links = cloud_places_->links(cloud, data_, neighbours);
+    cloud_places_->add(cloud);
+    return links;
+  }
   Keyframe key = makeKeyframe(*seen.gray, seen.cloud, seen.camera);
   key.id = detail::nextId(data_.keyframes);
-  key.submap = data_.submaps.back().id;
+  key.submap = submap;
   key.frame = seen.frame;
   key.source = seen.source;
   key.timestamp = seen.timestamp;
   key.T_submap_keyframe = seen.T_track_sensor;
-  last_keyframe_ = seen.T_track_sensor;
-  const std::size_t found = findLoops(key);
+  std::vector<Link> links = places_.links(key, data_.keyframes, neighbours);
   places_.add(key);
   data_.keyframes.push_back(std::move(key));
-  if (found == 0) return update;
-  for (const std::int64_t moved : solvePoseGraph(data_).moved)
-    if (std::find(update.moved.begin(), update.moved.end(), moved) == update.moved.end())
-      update.moved.push_back(moved);
-  update.links.assign(data_.links.end() - static_cast<std::ptrdiff_t>(found), data_.links.end());
-  is_joined_ = is_joined_ && update.moved.empty();
-  return update;
+  return links;
 }
 
 /// Of the last submap of that track to the open one.
@@ -166,21 +192,6 @@ void AtlasBuilder::linkTrack(const JoinedSubmap& joined) {
   link.covariance = joined.covariance;
   data_.links.push_back(link);
   tracks_.erase(other);
-}
-
-/// \return how many were added at the end of the links
-std::size_t AtlasBuilder::findLoops(const Keyframe& key) {
-  std::size_t found = 0;
-  std::vector<std::int64_t> neighbours;
-  for (const Link& link : data_.links)
-    if (link.kind == LinkKind::Neighbour && link.to_submap == key.submap)
-      neighbours.push_back(link.from_submap);
-  for (Link& link : places_.links(key, data_.keyframes, neighbours)) {
-    link.id = detail::nextId(data_.links);
-    data_.links.push_back(std::move(link));
-    ++found;
-  }
-  return found;
 }
 
 void AtlasBuilder::finish() {

@@ -19,6 +19,9 @@
 #include "planar_mapping/map/joined_map.h"
 
 namespace planar_mapping {
+namespace detail {
+class CloudPlaces;
+}
 
 /// When a submap is closed and the next one begun; whichever comes first.
 struct PLANAR_MAPPING_EXPORT SubmapParams {
@@ -58,9 +61,10 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
     /// the sensor; see Matrix6. Absent = poses are given.
     std::optional<Matrix6> drift;
     std::optional<JoinedSubmap> joined;  ///< a track that lies in this one, and ends
-    const io::Image* gray = nullptr;     ///< null = no place is recognised by it
-    PointsView cloud;                    ///< organized, of the size of the image
+    const io::Image* gray = nullptr;     ///< null = places are recognised by the cloud alone
+    PointsView cloud;                    ///< with an image organized, of its size
     FeatureCamera camera;
+    bool is_scan = false;  ///< a cloud without an image is of a scanner, which looks all around
   };
   /// What became known by a frame.
   struct Update {
@@ -104,7 +108,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   };
   void begin(std::size_t track);
   void updateJoined();
-  std::size_t findLoops(const Keyframe& key);
+  std::vector<Link> findLoops(const Seen& seen);
   void linkTrack(const JoinedSubmap& joined);
 
   SubmapParams params_;
@@ -113,6 +117,7 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::int64_t session_ = 0;
   std::shared_ptr<PlanarMap> open_;  ///< of the last of the submaps
   PlaceFinder places_;
+  std::shared_ptr<detail::CloudPlaces> cloud_places_;
   JoinedMap joined_;
   bool is_joined_ = false;  ///< joined_ holds the open submap as it is
   std::map<std::size_t, Track> tracks_;

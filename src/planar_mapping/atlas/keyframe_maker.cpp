@@ -60,14 +60,6 @@ Keyframe begin(const io::Image& gray, const FeatureCamera& camera) {
   return key;
 }
 
-void setDepths(const detail::KeyframeCells& cells, std::vector<std::vector<double>>& depths,
-               Keyframe& key) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (!depths[i].empty())
-      key.inverse_depths[i] = encoded(detail::ranked(depths[i], depths[i].size() / 2));
-  }
-}
-
 /// A smaller image, and pixels of the old one per pixel.
 struct Reduced {
   explicit Reduced(const io::Image& gray) {
@@ -79,10 +71,6 @@ struct Reduced {
   }
   Vector2 toFull(const cv::Point2f& place) const {
     return {(place.x + 0.5) * across - 0.5, (place.y + 0.5) * down - 0.5};
-  }
-  cv::Point2f toReduced(double column, double row) const {
-    return {static_cast<float>((column + 0.5) / across - 0.5),
-            static_cast<float>((row + 0.5) / down - 0.5)};
   }
   cv::Mat image;
   double across = 1.0;
@@ -208,32 +196,6 @@ Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud, const Feat
     points.push_back(point);
     sightings.push_back({place.x(), place.y(), inverse_depth});
   }
-  describeStrongest(reduced, points, sightings, key);
-  return key;
-}
-
-Keyframe makeKeyframe(const io::Image& gray, const std::vector<KeyFeature>& features,
-                      const FeatureCamera& camera) {
-  requireGray(gray, camera);
-  const detail::OpenCvThreads threads;
-  constexpr float kSize = 6.0F;  // of a feature, pixels of the reduced image
-  Keyframe key = begin(gray, camera);
-  const detail::KeyframeCells cells(key);
-  std::vector<std::vector<double>> depths(cells.size());
-  const Reduced reduced(gray);
-  std::vector<cv::KeyPoint> points;
-  std::vector<FeatureSighting> sightings;
-  for (const KeyFeature& feature : features) {
-    FeatureSighting sighting;
-    if (!sightingOf(camera, feature, sighting)) continue;
-    if (!cells.contains(sighting.column, sighting.row)) continue;
-    depths[cells.at(sighting.column, sighting.row)].push_back(sighting.inverse_depth);
-    cv::KeyPoint point(reduced.toReduced(sighting.column, sighting.row), kSize, 0.0F);
-    point.response = static_cast<float>(feature.sightings);
-    points.push_back(point);
-    sightings.push_back(sighting);
-  }
-  setDepths(cells, depths, key);
   describeStrongest(reduced, points, sightings, key);
   return key;
 }

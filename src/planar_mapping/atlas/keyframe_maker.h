@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <vector>
-
 #include "planar_mapping/atlas/atlas_data.h"
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/io/image_file.h"
@@ -21,13 +19,6 @@ namespace planar_mapping {
 /// \param cloud  organized, of the size of the image, camera frame, metres
 /// \throws InputError for another size, or an image that is not gray; ParameterError for the camera
 PLANAR_MAPPING_EXPORT Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud,
-                                            const FeatureCamera& camera);
-
-/// The same where depth is known of single features only, as sparse stereo gives: the descriptors
-/// are of these places, upright. Those without column, row or position in front of the camera are
-/// left out.
-PLANAR_MAPPING_EXPORT Keyframe makeKeyframe(const io::Image& gray,
-                                            const std::vector<KeyFeature>& features,
                                             const FeatureCamera& camera);
 
 }  // namespace planar_mapping

@@ -163,7 +163,6 @@ std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
   MotionParams params;
   params.min_matches = static_cast<int>(kMinInliers);
   params.min_inliers = static_cast<int>(kMinInliers) / 2;
-  params.min_inlier_fraction = 0.0;
   // Only errors that features share limit how far away a link may see.
   params.max_translation_error = 0.1 * std::max(1.0, medianDepth(b));
   Random random(Random::kDefaultSeed);

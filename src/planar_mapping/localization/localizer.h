@@ -36,7 +36,6 @@ struct LocalizerFrame {
   io::Image gray;    ///< one channel
   PointsView cloud;  ///< organized, of the size of the image, camera frame, metres
   PinholeCamera camera;
-  double timestamp = 0.0;  ///< seconds
   /// A guess of where the camera is, in the world of whoever made it: steps between guesses count.
   std::optional<Pose> prior;
   Matrix6 prior_covariance = Matrix6::Identity();  ///< of the step since the guess before

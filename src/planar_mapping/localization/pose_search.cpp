@@ -37,7 +37,6 @@ class PoseSearch {
     depth_ = now.median_depth > 0.0 ? now.median_depth : map[0].view->median_depth;
     params_.min_matches = kMinInliers;
     params_.min_inliers = kMinInliers;
-    params_.min_inlier_fraction = 0.0;
     params_.max_translation_error = 0.1 * std::max(1.0, depth_);
   }
 

@@ -152,7 +152,6 @@ View makeView(const LocalizerFrame& frame, const SensorNoise& noise) {
   view.camera.pixel_error = noise.pixel;
   view.width = frame.gray.width;
   view.height = frame.gray.height;
-  view.timestamp = frame.timestamp;
   view.noise = noise;
   const cv::Mat gray = matOf(frame.gray);
   cv::buildOpticalFlowPyramid(gray, view.pyramid, cv::Size(kFlowWindow, kFlowWindow), kFlowLevels,

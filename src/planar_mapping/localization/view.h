@@ -51,9 +51,8 @@ struct ViewCells {
 /// What is kept of a frame to place others by it.
 struct View {
   FeatureCamera camera;
-  int width = 0;   ///< pixels
-  int height = 0;  ///< pixels
-  double timestamp = 0.0;
+  int width = 0;                     ///< pixels
+  int height = 0;                    ///< pixels
   std::vector<ViewFeature> corners;  ///< of a keyframe, for optical flow
   std::vector<ViewFeature> features;
   cv::Mat descriptors;           ///< RootSIFT, a row of 128 floats of length 1 for each feature

@@ -292,6 +292,7 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
 /// With the first frame to be mapped.
 void Pipeline::beginMap(const Frame& frame, CloudScale scale) {
   has_begun_ = true;
+  is_optical_ = scale.optical;
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& configured = configuration_.stages[i];
     adaptStage(configured, scale, frame.source);
@@ -368,15 +369,18 @@ void Pipeline::addToAtlas(Frame& frame) {
     seen.gray = &view->gray;
     seen.cloud = view->cloud;
     seen.camera = view->camera;
+  } else if (!frame.without_sensor) {
+    seen.cloud = pointsOf(*frame.cloud);
+    seen.is_scan = !is_optical_;
   }
   const AtlasBuilder::Update update = atlas_->add(seen);
   for (const Link& link : update.links) {
     const char* const states[] = {"used", "not used: others contradict it, or too few agree"};
-    frame.notes.push_back(frame.source + ": loop " + std::to_string(link.id) + " between submaps " +
-                          std::to_string(link.from_submap) + " and " +
-                          std::to_string(link.to_submap) + ", " +
-                          std::to_string(link.evidence.inliers) + " features, " +
-                          states[link.state == LinkState::Used ? 0 : 1]);
+    frame.notes.push_back(
+        frame.source + ": loop " + std::to_string(link.id) + " between submaps " +
+        std::to_string(link.from_submap) + " and " + std::to_string(link.to_submap) + ", " +
+        std::to_string(link.evidence.inliers) + (view ? " features, " : " planes, ") +
+        states[link.state == LinkState::Used ? 0 : 1]);
   }
   if (!update.moved.empty())
     frame.notes.push_back(frame.source + ": " + std::to_string(update.moved.size()) +

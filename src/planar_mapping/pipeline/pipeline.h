@@ -153,6 +153,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
   std::vector<char> is_adapted_;     ///< of the stages of sections 1 and 2
   bool has_begun_ = false;           ///< the map; the stages of section 3 are adapted
+  bool is_optical_ = true;           ///< CloudScale::optical of the first frame
   std::optional<ImagesUp> mean_up_;  ///< of the images of all given poses
   std::optional<Vector3> origin_;    ///< PlanarMapParams::origin, once there was a pose
   std::optional<double> atlas_resolution_;  ///< of the maps of earlier runs

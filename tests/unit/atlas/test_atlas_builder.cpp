@@ -223,17 +223,35 @@ TEST(AtlasBuilder, GivenPosesDriftAboutTheAxisOfTheirTurns) {
   EXPECT_LT(rotation.head<2>().maxCoeff(), 0.4 * rotation.z());
 }
 
-TEST(AtlasBuilder, WithoutImagesThereAreSubmapsAndNoPlaces) {
+TEST(AtlasBuilder, CloudsWithoutImagesCloseLoops) {
   AtlasBuilder builder = builderOf(6, kEndless);
-  Loop loop(builder, Pose::Identity(), 1, false);
-  for (int i = 0; i < kTurn + 4; ++i) {
-    const AtlasBuilder::Update update = loop.step();
-    EXPECT_TRUE(update.links.empty());
-    EXPECT_TRUE(update.moved.empty());
+  const int frames = kTurn + 6;
+  Loop(builder, Pose::Identity(), 1, false).walk(frames);
+  const AtlasData& data = builder.data();
+  EXPECT_EQ(5u, data.submaps.size());
+  EXPECT_TRUE(data.keyframes.empty());
+  EXPECT_EQ(static_cast<std::size_t>(frames), builder.map().frames());
+  EXPECT_GE(countOf(data, LinkKind::Loop), 3u);
+  const Vector3 truth = test::aroundRoom(frames - 1, kTurn).translation();
+  const Vector3 drifted = driftAfter(frames - 1) * truth;
+  const double before = (drifted - truth).norm();
+  const double off = (data.submaps.back().T_world_submap * drifted - truth).norm();
+  std::printf("off by %.1f mm, without the loop by %.1f mm\n", 1e3 * off, 1e3 * before);
+  EXPECT_LT(off, 0.3 * before);
+}
+
+TEST(AtlasBuilder, CloudsOfTheNextRoomLikeThisAreNotTakenForIt) {
+  // 3 m farther there is the same room again, by a way from this one or in another track.
+  Pose next_door = Pose::Identity();
+  next_door.translation().x() = 3.0;
+  for (const std::size_t track : {0, 1}) {
+    AtlasBuilder builder = builderOf(6, kEndless);
+    Loop(builder, Pose::Identity(), 1, false, 0.0).walk(kTurn / 2);
+    Loop(builder, next_door, 1, false, 0.0, track).walk(kTurn / 2);
+    const Submap& last = builder.data().submaps.back();
+    EXPECT_EQ(track == 0 ? 0 : 2, last.component);
+    EXPECT_LT(last.T_world_submap.translation().norm(), 0.1);
   }
-  EXPECT_EQ(5u, builder.data().submaps.size());
-  EXPECT_TRUE(builder.data().keyframes.empty());
-  EXPECT_EQ(static_cast<std::size_t>(kTurn + 4), builder.map().frames());
 }
 
 /// A session begins somewhere else, in a frame of its own.

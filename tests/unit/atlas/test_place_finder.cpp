@@ -66,26 +66,6 @@ TEST(KeyframeMaker, KeepsDepthsOfCellsAndFeatures) {
   for (const int count : quarters) EXPECT_GE(count, 20);
 }
 
-TEST(KeyframeMaker, TakesFeaturesWithPositions) {
-  const View view = viewFrom(Pose::Identity(), 1);
-  std::vector<KeyFeature> features;
-  for (int i = 0; i < 300; ++i) {
-    KeyFeature feature;
-    feature.column = static_cast<float>(40 + 28 * (i % 20));
-    feature.row = static_cast<float>(40 + 28 * (i / 20));
-    const auto pixel =
-        static_cast<std::size_t>(feature.row) * kWidth + static_cast<std::size_t>(feature.column);
-    feature.position = view.cloud().point(pixel);
-    features.push_back(feature);
-  }
-  features.push_back(KeyFeature());  // nowhere
-  const Keyframe key = makeKeyframe(view.gray, features, camera());
-  EXPECT_GE(key.sightings.size(), 150u);
-  EXPECT_LE(bytesOf(key), 30000u);
-  EXPECT_NEAR(key.inverse_depths[5 * 80 + 5], 2048, 1);
-  EXPECT_EQ(key.inverse_depths[0], 0);
-}
-
 TEST(KeyframeMaker, RefusesOtherSizesAndColours) {
   View view = viewFrom(Pose::Identity(), 1);
   EXPECT_THROW(makeKeyframe(view.gray, PointsView(view.xyz.data(), 320, 480, 3), camera()),

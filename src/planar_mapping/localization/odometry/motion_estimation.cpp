@@ -33,8 +33,8 @@ using Sample = std::array<std::size_t, 3>;
 class MotionSearch {
  public:
   MotionSearch(const std::vector<FeatureMatch>& matches, const FeatureCamera& camera,
-               const MotionParams& params, const std::optional<MotionPrior>& prior, Random& random)
-      : matches_(matches), camera_(camera), params_(params), prior_(prior), random_(random) {
+               const MotionParams& params, Random& random)
+      : matches_(matches), camera_(camera), params_(params), random_(random) {
     now_.reserve(matches.size());
     now_covariance_.reserve(matches.size());
     for (const FeatureMatch& match : matches) {
@@ -44,18 +44,13 @@ class MotionSearch {
     }
   }
 
-  /// \return minimal sets tried
-  std::size_t run(const Pose* guess) {
+  void run(const Pose* guess) {
     if (guess != nullptr) consider(*guess);
-    if (prior_) consider(prior_->T_now_before);
-    std::size_t tried = 0;
-    while (tried < neededIterations()) {
-      ++tried;
+    for (std::size_t tried = 0; tried < neededIterations(); ++tried) {
       Sample sample;
       Pose motion;
       if (drawSample(sample) && isConsistent(sample) && motionOf(sample, motion)) consider(motion);
     }
-    return tried;
   }
 
   const Hypothesis& best() const { return best_; }
@@ -92,8 +87,8 @@ class MotionSearch {
     best_ = hypothesis;
     detail::Refinement unused;
     Pose refined = motion;
-    if (!detail::refineMotion(matches_, hypothesis.is_inlier, camera_, std::nullopt,
-                              kLocalIterations, refined, unused)) {
+    if (!detail::refineMotion(matches_, hypothesis.is_inlier, camera_, kLocalIterations, refined,
+                              unused)) {
       return;
     }
     Hypothesis better = evaluate(refined, best_.cost);
@@ -158,14 +153,13 @@ class MotionSearch {
     if (!rigidMotion(before, now, motion)) return false;
     // Rays are known better than depths.
     detail::Refinement unused;
-    detail::refineMotion(three, {1, 1, 1}, camera_, std::nullopt, 2, motion, unused);
+    detail::refineMotion(three, {1, 1, 1}, camera_, 2, motion, unused);
     return true;
   }
 
   const std::vector<FeatureMatch>& matches_;
   const FeatureCamera& camera_;
   const MotionParams& params_;
-  const std::optional<MotionPrior>& prior_;
   Random& random_;
   std::vector<Vector3> now_;
   std::vector<Matrix3> now_covariance_;
@@ -179,23 +173,14 @@ bool isUsable(const FeatureMatch& match) {
          now.inverse_depth < 1.0 / detail::kNearestDepth;
 }
 
-void requirePositiveDefinite(const MotionPrior& prior) {
-  const bool finite = prior.T_now_before.matrix().allFinite() && prior.covariance.allFinite();
-  if (!finite || Eigen::LLT<Matrix6>(prior.covariance).info() != Eigen::Success) {
-    throw ParameterError(
-        "the prior of a motion must be finite and its covariance positive definite");
-  }
-}
-
 /// Refits to the inliers until they stay the same.
 bool refit(const MotionSearch& search, const std::vector<FeatureMatch>& matches,
-           const FeatureCamera& camera, const std::optional<MotionPrior>& prior,
-           Hypothesis& hypothesis, detail::Refinement& refinement) {
+           const FeatureCamera& camera, Hypothesis& hypothesis, detail::Refinement& refinement) {
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     Pose motion = hypothesis.motion;
-    if (!detail::refineMotion(matches, hypothesis.is_inlier, camera, prior, kFinalIterations,
-                              motion, refinement)) {
+    if (!detail::refineMotion(matches, hypothesis.is_inlier, camera, kFinalIterations, motion,
+                              refinement)) {
       return false;
     }
     Hypothesis next = search.evaluate(motion, std::numeric_limits<double>::infinity());
@@ -223,18 +208,15 @@ void MotionParams::validate() const {
   requirePositive("inlier_sigmas", inlier_sigmas);
   requireInRange("min_matches", min_matches, 3, kLargest);
   requireInRange("min_inliers", min_inliers, 3, kLargest);
-  requireInRange("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0);
   requireInRange("max_iterations", max_iterations, 1, kLargest);
   requirePositive("max_translation_error", max_translation_error, "m");
   requirePositive("max_rotation_error", max_rotation_error, "rad");
 }
 
 MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const FeatureCamera& camera,
-                              const MotionParams& params, Random& random, const Pose* guess,
-                              const std::optional<MotionPrior>& prior) {
+                              const MotionParams& params, Random& random, const Pose* guess) {
   params.validate();
   camera.validate();
-  if (prior) requirePositiveDefinite(*prior);
   MotionEstimate result;
   result.is_inlier.assign(matches.size(), 0);
   std::vector<FeatureMatch> usable;
@@ -246,19 +228,17 @@ MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const Fe
   }
   if (usable.size() < static_cast<std::size_t>(params.min_matches)) return result;
 
-  MotionSearch search(usable, camera, params, prior, random);
-  result.iterations = search.run(guess);
+  MotionSearch search(usable, camera, params, random);
+  search.run(guess);
   Hypothesis best = search.best();
   result.status = MotionStatus::TooFewInliers;
   const auto enough = [&](std::size_t inliers) {
-    return inliers >= static_cast<std::size_t>(params.min_inliers) &&
-           static_cast<double>(inliers) >=
-               params.min_inlier_fraction * static_cast<double>(usable.size());
+    return inliers >= static_cast<std::size_t>(params.min_inliers);
   };
   result.inliers = best.inliers;
   if (!enough(best.inliers)) return result;
   detail::Refinement refinement;
-  const bool refined = refit(search, usable, camera, prior, best, refinement);
+  const bool refined = refit(search, usable, camera, best, refinement);
   result.inliers = best.inliers;
   if (!refined) {
     result.status = MotionStatus::Uncertain;
@@ -266,11 +246,9 @@ MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const Fe
   }
   if (!enough(best.inliers)) return result;
 
-  const auto count = static_cast<double>(best.inliers);
-  result.error_ratio = std::sqrt(refinement.squared_error / (3.0 * count - 6.0));
-  result.rms_px = std::sqrt(refinement.squared_pixels / count);
+  const double freedom = 3.0 * static_cast<double>(best.inliers) - 6.0;
   const Eigen::LDLT<Matrix6> solver(refinement.information);
-  const double scale = std::max(1.0, result.error_ratio * result.error_ratio);
+  const double scale = std::max(1.0, refinement.squared_error / freedom);
   const Matrix6 covariance = scale * solver.solve(Matrix6::Identity());
   if (!solver.isPositive() || !params.isCertain(covariance)) {
     result.status = MotionStatus::Uncertain;

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "planar_mapping/base/export.h"
@@ -25,21 +24,14 @@ struct FeatureMatch {
   Vector3 now_variance = Vector3::Zero();
 };
 
-/// What is known of a motion beforehand.
-struct MotionPrior {
-  Pose T_now_before = Pose::Identity();
-  Matrix6 covariance = Matrix6::Identity();  ///< see Matrix6; positive definite
-};
-
 /// Parameters of estimateMotion(); all [ours], the paper (Eq. 8) only says RANSAC.
 struct PLANAR_MAPPING_EXPORT MotionParams {
   /// A match agrees with a motion where its error in column, row and inverse depth is within so
   /// many standard deviations of the noise of both sightings; > 0. 3.37 = 99 % of a normal error.
   double inlier_sigmas = 3.37;
-  int min_matches = 8;                ///< fewer: no attempt is made, >= 3
-  int min_inliers = 10;               ///< fewer: the motion is not believed, >= 3
-  double min_inlier_fraction = 0.15;  ///< of the matches, in [0, 1]; fewer: not believed
-  int max_iterations = 500;           ///< minimal sets tried at most, >= 1
+  int min_matches = 8;       ///< fewer: no attempt is made, >= 3
+  int min_inliers = 10;      ///< fewer: the motion is not believed, >= 3
+  int max_iterations = 500;  ///< minimal sets tried at most, >= 1
   /// A motion with a larger standard deviation in any direction is not believed; > 0.
   double max_translation_error = 0.3;       ///< metres
   double max_rotation_error = M_PI / 60.0;  ///< radians
@@ -65,9 +57,6 @@ struct MotionEstimate {
   Matrix6 covariance = Matrix6::Zero();
   std::vector<std::uint8_t> is_inlier;  ///< one per match
   std::size_t inliers = 0;
-  double rms_px = 0.0;         ///< reprojection error of the inliers, column and row together
-  double error_ratio = 0.0;    ///< of the inliers: rms error over that of the noise model
-  std::size_t iterations = 0;  ///< minimal sets tried
 
   bool found() const { return status == MotionStatus::Found; }
 };
@@ -77,12 +66,11 @@ struct MotionEstimate {
 /// Deterministic for equal arguments and state of \p random; O(matches * iterations).
 /// \param matches  non-finite ones and points behind the camera never agree with any motion
 /// \param guess    tried as the first hypothesis, e.g. constant velocity; it costs nothing if wrong
-/// \param prior    counts in the refit like a further measurement
-/// \throws ParameterError for bad parameters or a prior that is not finite or positive definite
-PLANAR_MAPPING_EXPORT MotionEstimate
-estimateMotion(const std::vector<FeatureMatch>& matches, const FeatureCamera& camera,
-               const MotionParams& params, Random& random, const Pose* guess = nullptr,
-               const std::optional<MotionPrior>& prior = std::nullopt);
+/// \throws ParameterError
+PLANAR_MAPPING_EXPORT MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches,
+                                                    const FeatureCamera& camera,
+                                                    const MotionParams& params, Random& random,
+                                                    const Pose* guess = nullptr);
 
 /// The rigid motion with least squared distance |T p_i - q_i| (Kabsch, Umeyama without scale).
 /// \return false for fewer than three points, sizes that disagree, non-finite or collinear points;

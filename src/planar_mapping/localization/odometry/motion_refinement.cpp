@@ -36,7 +36,6 @@ struct NormalEquations {
   Vector6 gradient = Vector6::Zero();
   double cost = 0.0;
   double squared_error = 0.0;
-  double squared_pixels = 0.0;
 };
 
 void addMatch(const FeatureMatch& match, const FeatureCamera& camera, const Pose& motion,
@@ -58,22 +57,14 @@ void addMatch(const FeatureMatch& match, const FeatureCamera& camera, const Pose
   sum.gradient.noalias() += jacobian.transpose() * (weighted * error);
   sum.cost += huberCost(squared);
   sum.squared_error += squared;
-  sum.squared_pixels += error.head<2>().squaredNorm();
 }
 
 NormalEquations normalEquations(const std::vector<FeatureMatch>& matches,
                                 const std::vector<std::uint8_t>& used, const FeatureCamera& camera,
-                                const std::optional<MotionPrior>& prior, const Pose& motion) {
+                                const Pose& motion) {
   NormalEquations sum;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (used[i] != 0) addMatch(matches[i], camera, motion, sum);
-  }
-  if (prior) {
-    const Matrix6 information = prior->covariance.inverse();
-    const Vector6 error = motionDifference(motion, prior->T_now_before);
-    sum.hessian += information;
-    sum.gradient += information * error;
-    sum.cost += error.dot(information * error);
   }
   return sum;
 }
@@ -129,10 +120,10 @@ double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
 }
 
 bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<std::uint8_t>& used,
-                  const FeatureCamera& camera, const std::optional<MotionPrior>& prior,
-                  int iterations, Pose& motion, Refinement& refinement) {
+                  const FeatureCamera& camera, int iterations, Pose& motion,
+                  Refinement& refinement) {
   constexpr double kConverged = 1e-10;
-  NormalEquations now = normalEquations(matches, used, camera, prior, motion);
+  NormalEquations now = normalEquations(matches, used, camera, motion);
   double damping = 1e-6;
   for (int i = 0; i < iterations; ++i) {
     Matrix6 damped = now.hessian;
@@ -143,7 +134,7 @@ bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<st
     const Vector6 step = solver.solve(now.gradient);
     if (!step.allFinite()) return false;
     const Pose candidate = motionStep(step) * motion;
-    NormalEquations next = normalEquations(matches, used, camera, prior, candidate);
+    NormalEquations next = normalEquations(matches, used, camera, candidate);
     if (next.cost <= now.cost) {
       motion = candidate;
       now = next;
@@ -156,7 +147,7 @@ bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<st
   }
   // Products of rotations drift away from being one.
   motion.linear() = Eigen::Quaterniond(Matrix3(motion.linear())).normalized().toRotationMatrix();
-  refinement = {now.hessian, now.squared_error, now.squared_pixels};
+  refinement = {now.hessian, now.squared_error};
   return true;
 }
 

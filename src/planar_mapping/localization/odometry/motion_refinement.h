@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "planar_mapping/localization/odometry/motion_estimation.h"
@@ -30,15 +29,14 @@ double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
 
 /// Normal equations of the inliers at the last iterate.
 struct Refinement {
-  Matrix6 information = Matrix6::Zero();  ///< with the prior's
-  double squared_error = 0.0;             ///< sum of squared Mahalanobis distances of the matches
-  double squared_pixels = 0.0;            ///< sum of squared column and row errors
+  Matrix6 information = Matrix6::Zero();
+  double squared_error = 0.0;  ///< sum of squared Mahalanobis distances of the matches
 };
 
 /// Levenberg-Marquardt on the robust reprojection error of the matches \p used.
 /// \return false if the normal equations are singular; \p motion is then what it was
 bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<std::uint8_t>& used,
-                  const FeatureCamera& camera, const std::optional<MotionPrior>& prior,
-                  int iterations, Pose& motion, Refinement& refinement);
+                  const FeatureCamera& camera, int iterations, Pose& motion,
+                  Refinement& refinement);
 
 }  // namespace planar_mapping::detail

@@ -77,12 +77,6 @@ class SurfaceMap::Implementation {
     return verified(result, shape, detail::SeenRanges(cloud, params_), lost, true);
   }
 
-  std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
-    if (!(params_.search_reach > 0.0)) return {};
-    return lookAround(detail::shapeOf(cloud, params_), detail::SeenRanges(cloud, params_), guess,
-                      0);
-  }
-
   /// At the one place where it fits; nowhere if there are two.
   /// \param near   a place found already
   /// \param lost   clouds before that were not found: so many times farther around
@@ -93,8 +87,11 @@ class SurfaceMap::Implementation {
     constexpr double kBetter = 1.1;      // times the fit at the place next to the guess
     constexpr double kAsGood = 0.9;      // likewise, for what is that place
     std::vector<CloudRegistration> found;
-    for (const CloudRegistration& place : placesFar(cloud, guess)) {
-      if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
+    if (params_.search_reach > 0.0) {
+      const detail::CloudShape shape = detail::shapeOf(cloud, params_);
+      const detail::SeenRanges seen(cloud, params_);
+      for (const CloudRegistration& place : lookAround(shape, seen, guess, 0))
+        if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
     }
     if (near.found) found.push_back(near);
     const CloudRegistration best = bestOf(found);
@@ -134,8 +131,8 @@ class SurfaceMap::Implementation {
   }
 
   /// A scan slides along walls as far as a cloud is drawn, and a hall looks alike from its other
-  /// end: so it is begun with elsewhere along what holds it least, too, and looked for around the
-  /// place that seems best. What fits in several places fits nowhere.
+  /// end: so it is begun with elsewhere along what holds it least, too. What fits in several places
+  /// fits nowhere.
   CloudRegistration locateScan(const PointsView& cloud, const Pose& guess,
                                const CloudRegistration& near, int lost) const {
     if (!(params_.search_reach > 0.0)) return near;
@@ -147,40 +144,21 @@ class SurfaceMap::Implementation {
     };
     add(lookAround(shape, seen, guess, lost));
     add(lookAlong(shape, seen, near, lost));
-    const CloudRegistration best = bestOf(fitting(places));
-    if (!best.found) return {};
-    if ((best.T_world_sensor.translation() - guess.translation()).norm() > params_.reach) {
-      add(lookAround(shape, seen, best.T_world_sensor, lost));
-    }
     return onlyPlace(places, near);
   }
 
-  static std::vector<CloudRegistration> fitting(const std::vector<CloudRegistration>& places) {
+  /// The best place of a scan, if it is clearly better than others.
+  CloudRegistration onlyPlace(const std::vector<CloudRegistration>& places,
+                              const CloudRegistration& near) const {
+    constexpr double kSecondBest = 0.7;  // of the best one's worth
     std::vector<CloudRegistration> found;
     std::copy_if(places.begin(), places.end(), std::back_inserter(found),
                  [](const CloudRegistration& place) { return place.found; });
-    return found;
-  }
-
-  /// The best place of a scan, if it is clearly better than others. One where little fits has to be
-  /// better than those, too, where too little does.
-  CloudRegistration onlyPlace(const std::vector<CloudRegistration>& places,
-                              const CloudRegistration& near) const {
-    constexpr double kSecondBest = 0.8;      // of the worth of the place next to the guess
-    constexpr double kSecondBestFar = 0.7;   // of that of a place that only the search has found
-    constexpr double kSecondBestPoor = 0.6;  // of that of such a place where little fits
-    constexpr double kMuchFits = 0.6;        // worth of one where much does
-    constexpr double kLeastFar = 0.3;        // of one that is taken
-    const std::vector<CloudRegistration> found = fitting(places);
     const CloudRegistration best = bestOf(found);
-    if (!best.found) return {};
-    if (near.found && isSamePlace(best, near)) {
-      const bool is_only = !hasRival(best, found, kSecondBest);
-      return is_only && worth(near) >= params_.min_fraction ? near : CloudRegistration();
-    }
-    const bool has_rival = worth(best) >= kMuchFits ? hasRival(best, found, kSecondBestFar)
-                                                    : hasRival(best, places, kSecondBestPoor);
-    return best.known && worth(best) >= kLeastFar && !has_rival ? best : CloudRegistration();
+    if (!best.found || worth(best) < params_.min_fraction || hasRival(best, found, kSecondBest))
+      return {};
+    if (near.found && isSamePlace(best, near)) return near;
+    return best.known ? best : CloudRegistration();
   }
 
   static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
@@ -360,12 +338,6 @@ CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& gu
                                          int lost) const {
   requireRigid("the guessed pose of a cloud", guess);
   return implementation_->locateNear(cloud, guess, lost);
-}
-
-std::vector<CloudRegistration> SurfaceMap::placesFar(const PointsView& cloud,
-                                                     const Pose& guess) const {
-  requireRigid("the guessed pose of a cloud", guess);
-  return implementation_->placesFar(cloud, guess);
 }
 
 std::size_t SurfaceMap::cells() const {

@@ -4,9 +4,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "planar_mapping/base/export.h"
 #include "planar_mapping/base/types.h"
@@ -67,12 +64,6 @@ struct CloudRegistration {
   bool known = true;  ///< of a place far from the guess: distinct planes enough fix it
 };
 
-/// A pose that a frame may have.
-struct PoseCandidate {
-  Pose T_world_sensor = Pose::Identity();
-  bool fits = false;  ///< the cloud lies on what was seen before, and its rays contradict nothing
-};
-
 /// What registers clouds that have no features to go by: a bounded local map of small planes, one
 /// per cell of a grid, and of the edges where they end; robust registration to both.
 ///
@@ -108,9 +99,6 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   /// of a camera, where a near place that rays contradict fits as well.
   CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
                               const CloudRegistration& near, int lost = 0) const;
-  /// Poses farther away at which the cloud may lie, the best first; `found` where it fits.
-  std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const;
-
   std::size_t cells() const;
 
  private:

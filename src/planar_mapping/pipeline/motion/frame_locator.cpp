@@ -12,6 +12,8 @@
 namespace planar_mapping::detail {
 namespace {
 
+constexpr double kCautious = 0.2;  // of its deviations: registration states them too large
+
 /// Are two poses less than so many metres and radians apart?
 bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
   return (a.translation() - b.translation()).norm() < distance &&
@@ -29,13 +31,14 @@ Localization CloudLocator::locate(const PointsView& cloud, bool is_partial,
   for (auto known = tracks_.rbegin(); known != tracks_.rend() && tried < kTried; ++known, ++tried) {
     Track& track = known->second;
     const auto lost = static_cast<int>(frames_ - track.frame) - 1;
-    const CloudRegistration found = prior && track.T_track_given
-                                        ? follow(track, cloud, *prior, step_covariance)
-                                        : placeIn(track, cloud, is_partial, lost);
+    const bool is_followed = prior && track.T_track_given;
+    const CloudRegistration found = is_followed ? follow(track, cloud, *prior, step_covariance)
+                                                : placeIn(track, cloud, is_partial, lost);
     if (!found.found) continue;
     result.submap = known->first;
     result.T_submap_camera = found.T_world_sensor;
     result.covariance_in_camera = found.covariance;
+    result.drift_in_camera = (is_followed ? 1.0 : kCautious * kCautious) * found.covariance;
     track.T_before_now = Pose::Identity();
     if (lost == 0) track.T_before_now = track.T_track_sensor.inverse() * found.T_world_sensor;
     track.T_track_sensor = found.T_world_sensor;
@@ -87,7 +90,6 @@ CloudRegistration CloudLocator::placeIn(const Track& track, const PointsView& cl
 /// farther off than both may be says nothing.
 CloudRegistration CloudLocator::follow(Track& track, const PointsView& cloud, const Pose& prior,
                                        const Matrix6& step_covariance) {
-  constexpr double kCautious = 0.2;   // of its deviations: registration states them too large
   constexpr double kFarthest = 22.5;  // 99.9 % of the squared distances, 6 degrees of freedom
   const Pose expected = *track.T_track_given * prior;
   CloudRegistration result = track.map.locateNear(cloud, expected);
@@ -135,7 +137,6 @@ Localization FrameLocator::locateImage(Frame& frame, const std::optional<Pose>& 
   seen.gray = io::toGray(frame.images.left);
   seen.cloud = pointsOf(*frame.cloud);
   seen.camera = *frame.camera;
-  seen.timestamp = frame.timestamp;
   seen.prior = prior;
   if (prior) seen.prior_covariance = *step_covariance;
   Localization found = images_->locate(seen);

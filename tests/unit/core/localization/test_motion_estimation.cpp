@@ -168,7 +168,6 @@ TEST(EstimateMotion, FindsTheExactMotionOfExactMatches) {
   EXPECT_EQ(found.inliers, 60u);
   EXPECT_LT(translationError(found.T_now_before, smallMotion()), 1e-8);
   EXPECT_LT(rotationError(found.T_now_before, smallMotion()), 1e-8);
-  EXPECT_LT(found.rms_px, 1e-5);
 }
 
 TEST(EstimateMotion, FindsTheMotionAmongSixtyPercentWrongMatches) {
@@ -265,7 +264,7 @@ TEST(EstimateMotion, OrderOfMatchesDoesNotMatter) {
   EXPECT_NEAR(static_cast<double>(a.inliers), static_cast<double>(b.inliers), 2.0);
 }
 
-TEST(EstimateMotion, GuessAndPriorHelpWithoutDeceiving) {
+TEST(EstimateMotion, AWrongGuessDoesNotDeceive) {
   const FeatureCamera camera = stereoCamera();
   Random random(13);
   std::vector<FeatureMatch> matches = noisyMatches(camera, smallMotion(), 100, 1.0, random);
@@ -273,15 +272,6 @@ TEST(EstimateMotion, GuessAndPriorHelpWithoutDeceiving) {
   const MotionEstimate found = estimateMotion(matches, camera, MotionParams(), random, &wrong);
   ASSERT_TRUE(found.found());
   EXPECT_LT(translationError(found.T_now_before, smallMotion()), 0.01);
-
-  MotionPrior prior;
-  prior.T_now_before = smallMotion();
-  prior.covariance = 1e-8 * Matrix6::Identity();
-  const MotionEstimate held =
-      estimateMotion(matches, camera, MotionParams(), random, nullptr, prior);
-  ASSERT_TRUE(held.found());
-  EXPECT_LT(translationError(held.T_now_before, smallMotion()), 3e-4);
-  EXPECT_LT(held.covariance.trace(), found.covariance.trace());
 }
 
 TEST(EstimateMotion, SaysWhyThereIsNone) {
@@ -340,12 +330,8 @@ TEST(EstimateMotion, RefusesBadParameters) {
   refused([](MotionParams& p) { p.inlier_sigmas = 0.0; });
   refused([](MotionParams& p) { p.min_matches = 2; });
   refused([](MotionParams& p) { p.min_inliers = 2; });
-  refused([](MotionParams& p) { p.min_inlier_fraction = 1.1; });
   refused([](MotionParams& p) { p.max_iterations = 0; });
   refused([](MotionParams& p) { p.max_translation_error = 0.0; });
-  MotionPrior prior;
-  prior.covariance = Matrix6::Zero();
-  EXPECT_THROW(estimateMotion({}, camera, MotionParams(), random, nullptr, prior), ParameterError);
 }
 
 }  // namespace
