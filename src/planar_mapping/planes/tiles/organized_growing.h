@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "planar_mapping/planes/tiles/plane_fit.h"
@@ -48,7 +48,9 @@ class CellGrower {
   std::vector<CellState> states_;
 
  private:
-  std::vector<std::pair<float, int>> seedOrder() const;
+  /// Widest planar window first, then smallest residual.
+  using Seed = std::tuple<int, float, int>;
+  std::vector<Seed> seedOrder() const;
   void collect(int seed, PlaneCandidate plane, bool refit, const std::vector<std::int16_t>& labels,
                std::vector<int>& cells, MomentSums& sums);
 
