@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
@@ -364,16 +365,26 @@ LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& link
     if (links[i].trusted) edges.push_back(i);
   }
   // The strongest join first: it may tell which of the others are right.
+  std::map<std::pair<std::size_t, std::size_t>, std::optional<Join>> joins;  // of trees as they are
   while (true) {
     const Forest forest(nodes, links, edges);
     std::optional<Join> best;
     for (const auto& [trees, members] : otherLinks(forest, links)) {
       if (trees.first == trees.second) continue;
-      const std::optional<Join> join = joinOf(LinkGroup(forest, links, members));
+      const auto [known, is_new] = joins.try_emplace(trees);
+      if (is_new) known->second = joinOf(LinkGroup(forest, links, members));
+      const std::optional<Join>& join = known->second;
       if (join && (!best || join->margin > best->margin)) best = join;
     }
     if (!best) break;
     edges.push_back(best->edge);
+    const std::size_t a = forest.root[links[best->edge].from];
+    const std::size_t b = forest.root[links[best->edge].to];
+    for (auto it = joins.begin(); it != joins.end();) {
+      const auto [one, other] = it->first;
+      const bool changes = one == a || one == b || other == a || other == b;
+      it = changes ? joins.erase(it) : std::next(it);
+    }
   }
 
   const Forest forest(nodes, links, edges);
