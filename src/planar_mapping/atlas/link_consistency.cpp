@@ -26,6 +26,9 @@ constexpr double kMaxSupport = 5.0;
 // Views on either side that must agree beyond those that say otherwise before two parts are joined.
 constexpr int kJoiningViews = 2;
 
+// Of the links between two nodes that share no view so many are judged: twice what joins.
+constexpr std::size_t kJudged = 2 * kJoiningViews;
+
 constexpr float kContradicts = -1.0F;  // beside supports, which are >= 0
 
 /// Spanning trees over some links: poses of nodes and errors of the ways between them.
@@ -124,14 +127,41 @@ double chi2Of(const Pose& motion, const Eigen::LLT<Matrix6>& llt) {
   return whitened.squaredNorm();
 }
 
+/// The smaller the surer, square metres.
+double uncertaintyOf(const GraphLink& link) {
+  const Vector6 variances = link.covariance.diagonal();
+  return variances.head<3>().sum() + kExtent * kExtent * variances.tail<3>().sum();
+}
+
+/// The surest links between each two nodes, one per link: what they find holds for the others, and
+/// the time goes with the square of their number.
+std::vector<std::uint8_t> judgedLinks(const std::vector<GraphLink>& links) {
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> pairs;
+  for (std::size_t i = 0; i < links.size(); ++i)
+    pairs[std::minmax(links[i].from, links[i].to)].push_back(i);
+  std::vector<std::uint8_t> judged(links.size(), 0);
+  for (auto& [nodes, members] : pairs) {
+    std::stable_sort(members.begin(), members.end(), [&](std::size_t i, std::size_t j) {
+      return uncertaintyOf(links[i]) < uncertaintyOf(links[j]);
+    });
+    std::set<std::int64_t> views;
+    std::size_t count = 0;
+    for (const std::size_t i : members) {
+      if (count == kJudged || views.count(links[i].from_view) + views.count(links[i].to_view) > 0)
+        continue;
+      views.insert({links[i].from_view, links[i].to_view});
+      judged[i] = 1;
+      ++count;
+    }
+  }
+  return judged;
+}
+
 /// The surest way between two nodes along links that are used.
 class Ways {
  public:
   Ways(std::size_t nodes, const std::vector<GraphLink>& links) : links_(links), at_(nodes) {
-    for (const GraphLink& link : links) {
-      const Vector6 variances = link.covariance.diagonal();
-      lengths_.push_back(variances.head<3>().sum() + kExtent * kExtent * variances.tail<3>().sum());
-    }
+    for (const GraphLink& link : links) lengths_.push_back(uncertaintyOf(link));
   }
   void add(std::size_t edge) {
     at_[links_[edge].from].push_back(edge);
@@ -344,14 +374,15 @@ std::optional<Join> joinOf(const LinkGroup& group) {
   return join;
 }
 
-/// The links that are no edges of the forest, by the two trees that they are between.
+/// Judged links that are no edges of the forest, by the two trees that they are between.
 std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> otherLinks(
-    const Forest& forest, const std::vector<GraphLink>& links) {
+    const Forest& forest, const std::vector<GraphLink>& links,
+    const std::vector<std::uint8_t>& judged) {
   std::vector<std::uint8_t> is_edge(links.size(), 0);
   for (const std::size_t edge : forest.used) is_edge[edge] = 1;
   std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < links.size(); ++i) {
-    if (is_edge[i] != 0) continue;
+    if (is_edge[i] != 0 || judged[i] == 0) continue;
     groups[std::minmax(forest.root[links[i].from], forest.root[links[i].to])].push_back(i);
   }
   return groups;
@@ -360,6 +391,7 @@ std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> otherLin
 }  // namespace
 
 LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& links) {
+  const std::vector<std::uint8_t> judged = judgedLinks(links);
   std::vector<std::size_t> edges;
   for (std::size_t i = 0; i < links.size(); ++i) {
     if (links[i].trusted) edges.push_back(i);
@@ -369,7 +401,7 @@ LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& link
   while (true) {
     const Forest forest(nodes, links, edges);
     std::optional<Join> best;
-    for (const auto& [trees, members] : otherLinks(forest, links)) {
+    for (const auto& [trees, members] : otherLinks(forest, links, judged)) {
       if (trees.first == trees.second) continue;
       const auto [known, is_new] = joins.try_emplace(trees);
       if (is_new) known->second = joinOf(LinkGroup(forest, links, members));
@@ -396,7 +428,7 @@ LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& link
     ways.add(link);
   };
   for (const std::size_t edge : forest.used) use(edge);
-  for (const auto& [trees, members] : otherLinks(forest, links)) {
+  for (const auto& [trees, members] : otherLinks(forest, links, judged)) {
     if (trees.first != trees.second) continue;
     std::vector<std::size_t> close;
     for (const std::size_t member : members) {
@@ -410,6 +442,12 @@ LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& link
       use(link);
       return true;
     });
+  }
+
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const bool is_other = judged[i] == 0 && !links[i].trusted && choice.used[i] == 0;
+    if (is_other && forest.root[links[i].from] == forest.root[links[i].to] && ways.agree(links[i]))
+      use(i);
   }
 
   // Along the fewest links: errors add up least.

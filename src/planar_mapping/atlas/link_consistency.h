@@ -40,7 +40,9 @@ struct LinkChoice {
 /// Throws out links that contradict the others. Trusted links make trees; of all others those are
 /// used that agree in pairs (pairwise consistency maximisation): a pair and the ways between its
 /// ends along the tree must close within their covariance. Two trees are joined only by more
-/// evidence than what contradicts it. Depends on the links alone; O(links^2).
+/// evidence than what contradicts it. Of many links between the same two nodes the surest are
+/// judged so, the others by the ways. Depends on the links alone; time goes with the square of the
+/// pairs of nodes.
 LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& links);
 
 }  // namespace planar_mapping::detail
