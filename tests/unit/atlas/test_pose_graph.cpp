@@ -246,6 +246,22 @@ TEST(PoseGraph, GroupsOfWrongLinksThatAgreeDoNotSurvive) {
   expectNoneSurvives(Walk(100), 500, 80, 12);
 }
 
+TEST(PoseGraph, OfManyLinksBetweenTwoSubmapsTheRightOnesAreUsed) {
+  Random random(3);
+  Walk walk(2 * Walk::kRound);
+  const std::size_t first = walk.data.links.size();
+  for (int i = 0; i < 40; ++i) {
+    const Pose error = i % 4 == 0 ? poseOf({1.0, 0.0, 0.0}) : Pose(Pose::Identity());
+    walk.add(LinkKind::Loop, 1, Walk::kRound + 1, error * noise(random, kLoopMetres, kLoopRadians),
+             covarianceOf(kLoopMetres * (i + 1), kLoopRadians));
+  }
+  solvePoseGraph(walk.data);
+  for (std::size_t i = 0; i < 40; ++i)
+    EXPECT_EQ(i % 4 == 0 ? LinkState::Rejected : LinkState::Used, walk.data.links[first + i].state)
+        << i;
+  EXPECT_LT(largestError(walk), 0.05);
+}
+
 TEST(PoseGraph, WrongLinksDoNotSurviveMetresOfDrift) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     expectNoneSurvives(Walk(100, 0.03, 0.006), 1000, 16, seed);
