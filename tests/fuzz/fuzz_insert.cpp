@@ -14,7 +14,7 @@ namespace {
 // Small, for many executions: large ones are of tests/unit/map/store/test_space_budget.cpp.
 constexpr int kMaxFrames = 3;
 constexpr unsigned kMaxSide = 10;  // pixels
-constexpr double kMaxRangeInCells = 6.0;
+constexpr double kMaxRangeInCells = 16.0;
 
 struct Cloud {
   std::uint32_t width = 0;
