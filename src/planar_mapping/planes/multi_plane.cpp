@@ -55,6 +55,8 @@ constexpr std::size_t kMaxSparsePoints = 5000;
 /// this fraction lies on planes that the search for surfaces finds.
 constexpr std::size_t kMinDensePoints = 100000;
 constexpr double kMinSurfaceFraction = 0.5;
+/// [ours] ... and is taken anyway where surfaces hold fewer than these.
+constexpr double kMinCertainFraction = 0.25;
 /// [ours] Automatic: an image smaller than this, or used to a smaller fraction, has too few cells.
 constexpr std::uint32_t kMinImageSide = 32;
 constexpr std::size_t kImageDivisor = 4;
@@ -199,7 +201,8 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   if (is_automatic && method == PlaneSearchMethod::Sequential && considered < kMinDensePoints &&
       on_surfaces < kMinSurfaceFraction * count && !detail::isDense(points, indices, params)) {
     PlaneSet models = findPlanesBy(PlaneSearchMethod::MultiRansac, points, indices, params, sensor);
-    if (static_cast<double>(inliersOf(models)) > on_surfaces) {
+    if (on_surfaces < kMinCertainFraction * count ||
+        static_cast<double>(inliersOf(models)) > on_surfaces) {
       set = std::move(models);
       method = PlaneSearchMethod::MultiRansac;
     }

@@ -20,7 +20,7 @@ enum class PlaneSearchMethod : std::uint8_t {
   /// lists on the lattice of a camera or scanner are, in any order, Disparity where the noise is
   /// given and the sensor at the origin and Organized where not, else, or where that finds none,
   /// Sequential. If that puts less than half of fewer than 100,000 points on planes, cells of 3 d_T
-  /// with fewer than 11, MultiRansac too: taken if it puts more there.
+  /// with fewer than 11, MultiRansac too: taken if it puts more there, or Sequential < a quarter.
   Automatic,
   MultiRansac,  ///< W models at once, disjoint sets, fusion (Zuliani et al., ICIP 2005)
   Sequential,   ///< one plane after the other with local optimisation, on local cells

@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kTopLevel = kLeafLevels - 1;
 constexpr double kMinPoints = 6.0;
+// A leaf must be this many thresholds wide, or the thickness of the surface hides its direction.
+constexpr double kMinSideInBands = 3.0;
 // Narrower than this fraction of the side, the points are a line and their normal is chance.
 constexpr double kMinWidth = 0.05;
 // Noise of ranges is no more than this fraction of the threshold, one standard deviation.
@@ -99,7 +101,7 @@ class LeafBuilder {
       const PointSums& sums = sums_[i];
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side;
       const double threshold = band_.at(centre.z() + sums.sum[2] / sums.n);
-      if (!last && sums.n < kMinPoints) continue;
+      if (!last && (sums.n < kMinPoints || side < kMinSideInBands * threshold)) continue;
       SurfaceLeaf candidate;
       if (sums.n >= kMinPoints) {
         const LocalFit fit = fitLocally(sums);
@@ -111,6 +113,10 @@ class LeafBuilder {
         candidate.normal = fit.normal;
         candidate.thick =
             fit.eigenvalues[0] >= kMinThickness * kMinThickness * threshold * threshold;
+        if (candidate.planar) {
+          candidate.normal_deviation =
+              std::sqrt(fit.eigenvalues[0] / (fit.eigenvalues[1] * sums.n));
+        }
       }
       candidate.key = key;
       candidate.level = level;
@@ -229,6 +235,7 @@ void splitFaces(const PointsView& points, const Indices* indices, const PointCel
       const LocalFit fit = fitLocally(face.sums);
       face.mean = centre + fit.mean;
       face.normal = fit.normal;
+      face.normal_deviation = std::sqrt(fit.eigenvalues[0] / (fit.eigenvalues[1] * face.sums.n));
       face.planar = isSurface(fit, side, whole.band) &&
                     !isNoisyLine(face.sums, face.mean, sensor, fit, side, whole.band);
       face.twin = static_cast<std::int32_t>(half == 0 ? surface.leaves.size() : i);

@@ -25,7 +25,8 @@ struct SurfaceLeaf {
   PointSums sums;      ///< about the centre of the leaf
   Vector3 mean = Vector3::Zero();
   Vector3 normal = Vector3::Zero();
-  double band = 0.0;  ///< d_T(z) at the mean
+  double normal_deviation = 0.0;  ///< one standard deviation of the normal, radians
+  double band = 0.0;              ///< d_T(z) at the mean
 };
 
 constexpr int kLeafLevels = 4;

@@ -154,9 +154,12 @@ std::vector<NoiseSample> noiseSamples(const CellFits& windows, double min_count,
 /// \param capacity points of a full window
 RangeNoise noiseOf(const CellFits& windows, int capacity, const Vector3& sensor,
                    const OrganizedParams& params) {
-  constexpr double kFull = 0.8;  // fraction of a window; emptier ones lie at depth edges
+  constexpr double kFull = 0.8;    // fraction of a window; emptier ones lie at depth edges
+  constexpr double kSparse = 0.3;  // enough where the whole image is sparse
   constexpr std::size_t kBins = 8;
+  constexpr std::size_t kMinSamples = 4 * kBins;
   std::vector<NoiseSample> samples = noiseSamples(windows, kFull * capacity, sensor);
+  if (samples.size() < kMinSamples) samples = noiseSamples(windows, kSparse * capacity, sensor);
   RangeNoise noise;
   if (samples.size() < kBins) {
     noise.constant = params.flatDistance();
@@ -195,6 +198,7 @@ RangeNoise noiseOf(const CellFits& windows, int capacity, const Vector3& sensor,
   }
   // More than half of d_T is scatter, no surface.
   noise.constant = std::min(noise.constant, 0.5 * params.distance_threshold);
+  noise.quadratic = std::min(noise.quadratic, params.max_quadratic_noise);
   return noise;
 }
 
@@ -297,12 +301,14 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
   if (!plane.valid || list.size() < 3) return;
   Matrix3 squares = Matrix3::Zero();
   Vector3 products = Vector3::Zero();
+  double mean_range = 0.0;
   for (const std::size_t index : list) {
     const MomentSums& sums = parts[index].sums;
     const double n = sums[kN];
     const Vector3 ray = meanOf(sums) - sensor_;
     const double range = ray.norm();
     if (!(range > 0.0)) return;
+    mean_range += n * range;
     // Error of 1 / r; a floor keeps the weights of noise-free clouds finite.
     const double sigma =
         noise_.at(range * range) + params_.smallest_noise_fraction * params_.distance_threshold;
@@ -312,6 +318,8 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
     squares += weight * direction * direction.transpose();
     products += weight / range * direction;
   }
+  mean_range /= plane.sums[kN];
+  if (std::fabs(plane.height) < params_.min_ray_sine * mean_range) return;
   // m . direction = 1 / r describes the plane m . (p - sensor) = 1.
   const Vector3 m = squares.ldlt().solve(products);
   const double length = m.norm();
@@ -348,6 +356,7 @@ CoherenceTest MetricFit::coherenceTest(const PlaneCandidate& plane,
                                        const std::vector<TilePart>& /*parts*/,
                                        const PartList& /*list*/) const {
   CoherenceTest test;
+  if (plane.width >= params_.straight_flatness * plane.residual) return test;
   if (plane.width < params_.clear_flatness * plane.residual) {
     test.min_agreement = params_.min_agreement;
   }
@@ -373,11 +382,11 @@ bool MetricFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
   if (!(std::atan(bend.slope) > params_.bent_angle) || !(bend.advantage > params_.bent_advantage)) {
     return false;
   }
-  // It also bows by a sigma of the mean of a tile.
   const Vector3 ray = meanOf(plane.sums) - sensor_;
   const double along = std::fabs(plane.height) / std::max(ray.norm(), 1e-9);
   const double of_tile = std::sqrt(std::min(1.0, noise_.correlated_pixels / kTileArea));
-  return bend.bow > noise_.at(ray.squaredNorm()) * along * of_tile;
+  return bend.bow > std::max(params_.bow_fraction * params_.distance_threshold,
+                             noise_.at(ray.squaredNorm()) * along * of_tile);
 }
 
 }  // namespace planar_mapping::detail

@@ -26,6 +26,8 @@ struct OrganizedParams : SearchParams {
   double growing_factor = 3.5;
   /// Fraction of max_normal_deviation between the normal of a cell and the plane it joins.
   double growing_angle_fraction = 0.55;
+  /// Largest quadratic noise that is believed, 1/m: beyond it windows see clutter, not noise.
+  double max_quadratic_noise = 0.004;
   /// Up to this many the noise is that of single pixels, and small windows tell it best.
   double white_correlation = 3.0;
   /// Noise below this fraction of d_T is not told apart from none.
@@ -34,20 +36,32 @@ struct OrganizedParams : SearchParams {
   double smallest_quarter_noise_fraction = 0.015;
   /// Fraction of d_T that is added to the noise when planes compete for a pixel.
   double competing_fraction = 0.05;
-  /// A plane at least this many residuals wide is not a slice through unrelated objects.
+  /// A plane at least this many residuals wide is not a slice through unrelated objects, ...
   double clear_flatness = 12.0;
+  /// ... and one at least this many wide is not bent by bent_angle.
+  double straight_flatness = 33.0;
   /// Fraction of the points in the tiles of a doubtful plane that must be on it and have a
   /// neighbourhood that lies as the plane does.
   double min_agreement = 0.5;
+  /// A quadratic surface that is bent by this root mean square angle (radians), ...
+  double bent_angle = 0.075;
+  /// ... explains the points so much better (variance ratio) ...
+  double bent_advantage = 7.0;
+  /// ... and bows by this fraction of d_T and by a sigma of the mean of a tile is no plane.
+  double bow_fraction = 0.02;
+  /// Sine of the angle between rays and plane below which ranges say little about the plane.
+  double min_ray_sine = 0.05;
   /// Growth of the residual across the plane that a fit along the rays may cost.
   double max_residual_growth = 1.1;
   /// Points within this range difference (metres, and a fraction of the range) may be one surface.
   double same_surface_constant = 0.02;
   double same_surface_fraction = 0.03;
+  /// Fraction of coherent_angle by which noise may turn normals of small surroundings.
+  double clear_normal_fraction = 0.8;
   /// Radians that noise may turn a normal at most before it counts as another surface.
   double most_coherent_angle = 0.9;
   /// Fraction of the pixels of a plane that tells of all, in tiles amidst it.
-  double min_inside_fraction = 0.1;
+  double min_inside_fraction = 0.25;
   /// Fraction of agreeing pixels from which on a plane keeps all of its pixels.
   double clear_coherent_fraction = 0.85;
   /// Fraction of the remaining pixels within coherent_angle below which a plane is a slice through

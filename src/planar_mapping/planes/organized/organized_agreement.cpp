@@ -300,7 +300,7 @@ void compare(const TiledCloud& cloud, Surroundings& surroundings,
     return params.growing_factor * normalError(around(piece), fit.noise(), cloud.sensor, params);
   };
   const auto isNoisy = [&](const TilePiece& piece) {
-    return isDoubtful(piece) && error(piece) > params.coherent_angle;
+    return isDoubtful(piece) && error(piece) > params.clear_normal_fraction * params.coherent_angle;
   };
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.

@@ -28,11 +28,16 @@ double PlaneCandidate::meanSquare(const MomentSums& other) const {
 CellGrower::CellGrower(const CellGrid& grid, const PlaneFit& fit)
     : grid_(grid), fit_(fit), visited_(static_cast<std::size_t>(grid.cells()), 0) {}
 
-std::vector<CellGrower::Seed> CellGrower::seedOrder() const {
-  std::vector<Seed> seeds;
+std::vector<std::pair<float, int>> CellGrower::seedOrder() const {
+  // Widest planar window first, then smallest residual.
+  std::vector<std::pair<float, int>> seeds;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
     const CellState& state = states_[static_cast<std::size_t>(cell)];
-    if (state.planarity > 0) seeds.emplace_back(-state.planarity, state.residual, cell);
+    if (state.planarity == 0) continue;
+    constexpr float kMaxResidual = 9.0F;  // less than between windows of different widths
+    seeds.emplace_back(
+        10.0F * static_cast<float>(3 - state.planarity) + std::min(kMaxResidual, state.residual),
+        cell);
   }
   std::sort(seeds.begin(), seeds.end());
   return seeds;
@@ -81,7 +86,7 @@ GrownCells CellGrower::grow(double min_points, std::vector<PlaneCandidate>& plan
   std::vector<char> tried(cells, 0);
   std::vector<int> members;
   PlaneCandidate plane;
-  for (const auto& [planarity, residual, seed] : seedOrder()) {
+  for (const auto& [key, seed] : seedOrder()) {
     const auto s = static_cast<std::size_t>(seed);
     if (grown.labels[s] >= 0 || tried[s] != 0) continue;
     ++grown.seeds;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/planes/tiles/plane_fit.h"
@@ -48,9 +48,7 @@ class CellGrower {
   std::vector<CellState> states_;
 
  private:
-  /// Widest planar window first, then smallest residual.
-  using Seed = std::tuple<int, float, int>;
-  std::vector<Seed> seedOrder() const;
+  std::vector<std::pair<float, int>> seedOrder() const;
   void collect(int seed, PlaneCandidate plane, bool refit, const std::vector<std::int16_t>& labels,
                std::vector<int>& cells, MomentSums& sums);
 

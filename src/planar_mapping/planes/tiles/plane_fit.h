@@ -36,10 +36,6 @@ struct SearchParams {
   double merging_angle = 0.15;
   /// Radians between the neighbourhood of a point and its plane.
   double coherent_angle = 0.35;
-  /// A quadratic surface that is bent by this root mean square angle (radians) and explains the
-  /// points so much better (variance ratio) is no plane.
-  double bent_angle = 0.1;
-  double bent_advantage = 7.0;
 
   double flatDistance() const { return flat_fraction * distance_threshold; }
   double growingDistance() const { return growing_fraction * distance_threshold; }

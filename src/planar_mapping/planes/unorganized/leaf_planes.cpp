@@ -29,6 +29,7 @@ constexpr double kMinLeafCoherence = 0.3;
 constexpr int kCoherenceRounds = 4;
 // Along the sides of cells there is no leaf around that could agree: half of those of a flat place.
 constexpr int kAgreeAlongSides = 4;
+constexpr int kBlockRefits = 3;
 constexpr int kLocalRefits = 4;
 // A proposal this close to a rejected plane, radians, is not tried again.
 constexpr double kSameDirection = 0.1;
@@ -149,7 +150,8 @@ class LeafPlaneSearch {
             diagnostics_.hypotheses >= static_cast<std::size_t>(params_.max_iterations));
   }
 
-  /// One proposal per block of cells that holds a surface, fitted to its leaves.
+  /// One proposal per block of cells that holds a surface: fitted to its leaves, then to those of
+  /// them that agree.
   std::vector<Proposal> propose(int level) const {
     const double block_side = surface_.side * (1 << level);
     CellTable blocks(voters_.size());
@@ -180,18 +182,26 @@ class LeafPlaneSearch {
 
   void offer(const std::vector<std::int32_t>& members, const Vector3& centre, double side,
              std::vector<Proposal>& proposals) const {
-    PointSums sums;
-    double band = 0.0;
-    for (const std::int32_t member : members) {
-      const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(member)];
-      sums.add(leaf.sums, surface_.centreOf(leaf) - centre);
-      band = std::max(band, leaf.band);
-    }
-    const LocalFit fit = fitLocally(sums);
-    if (!isSurface(fit, side, band)) return;
     Proposal proposal;
-    proposal.mean = centre + fit.mean;
-    proposal.plane = {fit.normal, -fit.normal.dot(proposal.mean)};
+    for (int round = 0; round < kBlockRefits; ++round) {
+      PointSums sums;
+      double band = 0.0;
+      for (const std::int32_t member : members) {
+        const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(member)];
+        if (round > 0 && (std::abs(proposal.plane.signedDistance(leaf.mean)) > leaf.band ||
+                          std::abs(proposal.plane.normal.dot(leaf.normal)) < cosine_)) {
+          continue;
+        }
+        sums.add(leaf.sums, surface_.centreOf(leaf) - centre);
+        band = std::max(band, leaf.band);
+      }
+      if (!(sums.n > 0.0)) return;
+      const LocalFit fit = fitLocally(sums);
+      if (round + 1 == kBlockRefits && !isSurface(fit, side, band)) return;
+      if (!(fit.normal.squaredNorm() > 0.5)) return;
+      proposal.mean = centre + fit.mean;
+      proposal.plane = {fit.normal, -fit.normal.dot(proposal.mean)};
+    }
     proposal.reach = 2.0 * side;
     proposals.push_back(proposal);
   }

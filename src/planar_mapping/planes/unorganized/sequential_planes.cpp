@@ -17,11 +17,13 @@ namespace {
 
 // Cells are at least this many thresholds wide.
 constexpr double kCellSideInThresholds = 3.0;
-// Fraction of the points that must not be alone in the cells used.
-constexpr double kAccompaniedFraction = 0.75;
-// A cell is turned like a plane within this angle, radians; this fraction of the points along the
-// plane must be in such cells.
+// Fraction of the points that must not be alone in the cells used, and for a cloud to be dense.
+constexpr double kAccompaniedFraction = 0.5;
+constexpr double kAccompaniedFractionIfDense = 0.75;
+// A cell is turned like a plane within this angle, radians, and so many standard deviations of its
+// normal; this fraction of the points along the plane must be in such cells.
 constexpr double kSameTurn = 0.35;
+constexpr double kSureOfNormal = 2.0;
 constexpr double kMinAgreement = 0.65;
 // Points in such cells are more than those beside the plane, by this fraction of all on it: the
 // flat crests of cloth agree with a plane, the rest of the cloth crosses it.
@@ -44,12 +46,13 @@ std::vector<Agreement> agreementWith(const std::vector<Plane>& planes, const Poi
                                      const SurfaceLeaves& surface,
                                      const CellCandidates& candidates) {
   std::vector<Agreement> agreement(planes.size());
-  const double cosine = std::cos(kSameTurn);
   for (const LeafInCell& entry : surface.leaves_in_cells) {
     const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(entry.leaf)];
     if (!leaf.planar) continue;
     const auto cell = static_cast<std::size_t>(entry.cell);
     const double weight = grid.sums[cell].n;
+    const double angle = std::min(kSameTurn + kSureOfNormal * leaf.normal_deviation, M_PI_2);
+    const double cosine = std::cos(angle);
     for (const std::int32_t candidate : candidates[cell]) {
       if (candidate < 0) break;
       const auto k = static_cast<std::size_t>(candidate);
@@ -78,7 +81,7 @@ Plane noPlane() {
 
 bool isDense(const PointsView& points, const Indices* indices, const MultiPlaneParams& params) {
   const double smallest = kCellSideInThresholds * params.distance_threshold;
-  return chooseCellSide(points, indices, smallest, kAccompaniedFraction) <= smallest;
+  return chooseCellSide(points, indices, smallest, kAccompaniedFractionIfDense) <= smallest;
 }
 
 PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
