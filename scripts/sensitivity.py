@@ -97,7 +97,7 @@ MECHANISMS = [
      "if (!plane.valid || list.size() < 3) return;", "if (OFF || !plane.valid || list.size() < 3) return;"),
     ("correlation of noise", "planes/organized/metric_fit.cpp", "  if (samples.size() < kMinSamples) return RangeNoise().correlated_pixels;",
      "  if (OFF || samples.size() < kMinSamples) return RangeNoise().correlated_pixels;"),
-    ("wide windows", "planes/organized/metric_growing.cpp", "    wide_fits_ = fitCells(", "    if (!OFF) wide_fits_ = fitCells("),
+    ("wide windows", "planes/organized/metric_growing.cpp", "  if (wide) wide_fits_", "  if (wide && !OFF) wide_fits_"),
     ("noise of a doubtful plane", "planes/disparity/disparity_planes.cpp",
      "  if (list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;",
      "  if (OFF || list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;"),

@@ -35,10 +35,11 @@ DisparityWindow fitDisparity(const MomentSums& s) {
   return fit;
 }
 
-std::vector<DisparityWindow> fitDisparities(const CellSums& cells) {
-  std::vector<DisparityWindow> fits(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (cells[i][kN] > 0.0) fits[i] = fitDisparity(cells[i]);
+std::vector<DisparityWindow> fitDisparities(const CellGrid& grid) {
+  std::vector<DisparityWindow> fits(static_cast<std::size_t>(grid.cells()));
+  for (int cell = 0; cell < grid.cells(); ++cell) {
+    if (grid.count(cell) > 0.0)
+      fits[static_cast<std::size_t>(cell)] = fitDisparity(sumsOf(grid, cell));
   }
   return fits;
 }
@@ -129,7 +130,7 @@ CoherenceTest DisparityFit::coherenceTest(const PlaneCandidate& plane,
   return test;
 }
 
-std::vector<char> DisparityFit::agree(const PlaneCandidate& plane, const CellSums& windows) const {
+std::vector<char> DisparityFit::agree(const PlaneCandidate& plane, const CellGrid& windows) const {
   const std::vector<DisparityWindow> fits = fitDisparities(windows);
   const double min_cosine = std::cos(params_.coherent_angle);
   std::vector<char> agrees(fits.size(), 0);

@@ -90,7 +90,7 @@ struct DisparityWindow {
 };
 
 DisparityWindow fitDisparity(const MomentSums& sums);
-std::vector<DisparityWindow> fitDisparities(const CellSums& cells);
+std::vector<DisparityWindow> fitDisparities(const CellGrid& grid);
 
 /// Planes in disparity space.
 class DisparityFit : public PlaneFit {
@@ -105,7 +105,7 @@ class DisparityFit : public PlaneFit {
               PlaneCandidate& joined) const override;
   CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                               const PartList& list) const override;
-  std::vector<char> agree(const PlaneCandidate& plane, const CellSums& windows) const override;
+  std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const override;
   bool isBent(const PlaneCandidate& plane, const Bend& bend) const override;
 
   /// Unit normal towards the sensor and distance of it for D = p X + q Y + r, metres.

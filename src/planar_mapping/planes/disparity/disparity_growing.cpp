@@ -56,23 +56,23 @@ void nearestDisparity(const float* x, const BandedDisparity* planes, int count,
 
 DisparityGrower::DisparityGrower(const CellGrid& grid, const DisparityFit& fit)
     : CellGrower(grid, fit), fit_(fit) {
-  const auto occupied = std::count_if(grid.sums.begin(), grid.sums.end(),
-                                      [](const MomentSums& cell) { return cell[kN] > 0.0; });
+  const auto occupied = std::count_if(grid.moment(kN), grid.moment(kN) + grid.cells(),
+                                      [](double count) { return count > 0.0; });
   // Where most cells are empty, windows are fitted one by one where there are enough points.
   if (2 * occupied < grid.cells()) return;
-  fits_[0] = fitDisparities(windowSums(grid, 1, 1));
-  fits_[1] = fitDisparities(windowSums(grid, 2, 1));
+  fits_[0] = fitDisparities(windowSums(grid, 1));
+  fits_[1] = fitDisparities(windowSums(grid, 2));
 }
 
 std::vector<std::uint8_t> DisparityGrower::findFilled() const {
   std::vector<std::uint8_t> filled(static_cast<std::size_t>(grid_.cells()));
   const double alone = kMinFraction * grid_.capacity;
   const double together = kMinFraction * kWindowCells[1] * grid_.capacity;
-  const CellSums around = windowSums(grid_, 1, 1);
+  const CellGrid around = windowSums(grid_, 1, kN + 1);
   for (int cell = 0; cell < grid_.cells(); ++cell) {
-    filled[static_cast<std::size_t>(cell)] = static_cast<std::uint8_t>(
-        (grid_.count(cell) >= alone ? kAlone : 0) |
-        (around[static_cast<std::size_t>(cell)][kN] >= together ? kTogether : 0));
+    filled[static_cast<std::size_t>(cell)] =
+        static_cast<std::uint8_t>((grid_.count(cell) >= alone ? kAlone : 0) |
+                                  (around.count(cell) >= together ? kTogether : 0));
   }
   return filled;
 }

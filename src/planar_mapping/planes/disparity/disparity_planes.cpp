@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/planes/disparity/disparity_fit.h"
@@ -232,7 +233,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   const TiledCloud cloud =
       tileCloud(points, indices, Vector3::Zero(), &*params.noise, params.threads);
   const CellGrid tiles = tileGrid(cloud, params.threads);
-  const double finite = tiles.points();
+  const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
   set.diagnostics.points_not_measured = countOf(points, indices) - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
@@ -246,12 +247,14 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
     reject(planes, pixels, params.min_inliers * kMinSeedFraction, cloud, fit, true,
            set.diagnostics);
   };
-  growPlanes(grower, tiles, fit, params.min_inliers, planes, pixels, set.diagnostics);
+  pixels.addCells(
+      tiles, growPlanes(grower, tiles, fit, params.min_inliers, planes, pixels, set.diagnostics));
   assignAndReject();
   {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
     DisparityGrower of_quarters(quarters, fit);
-    growPlanes(of_quarters, quarters, fit, params.min_inliers, planes, pixels, set.diagnostics);
+    pixels.addCells(quarters, growPlanes(of_quarters, quarters, fit, params.min_inliers, planes,
+                                         pixels, set.diagnostics));
   }
   assignAndReject();
   // The planes are final; what else lies within d_T of them where they are counts as theirs (Eq.
@@ -262,7 +265,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   dropUncertain(planes, pixels, cloud, own, set.diagnostics);
 
   const std::vector<PlaneSegment*> segments =
-      makeSegments(points, cloud, pixels, params, planes, set);
+      makeSegments(points, cloud, pixels, params.patch_gap, planes, set);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (segments[i] == nullptr) continue;
     // Points far off in the band would pull the plane.

@@ -233,12 +233,6 @@ PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
                        const Vector3& sensor) {
   params.validate();
   detail::checkView(points, sensor);
-  // Without the noise of a camera, whose errors far away may be metres.
-  if (!params.noise) {
-    requireMetres(points, indices, kMaxSpacingInThresholds * params.distance_threshold,
-                  "distance_threshold (by default half of resolution_m)");
-  }
-  if (params.source == PlaneSource::Dense) return findPlanes(points, indices, params, sensor);
   if (indices == nullptr) {
     const Indices usable = usablePoints(points);
     PlaneSet set = segmentPlanes(points, &usable, features, params, sensor);
@@ -246,6 +240,12 @@ PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
     set.diagnostics.points_not_measured += points.size - usable.size();
     return set;
   }
+  // Without the noise of a camera, whose errors far away may be metres.
+  if (!params.noise) {
+    requireMetres(points, indices, kMaxSpacingInThresholds * params.distance_threshold,
+                  "distance_threshold (by default half of resolution_m)");
+  }
+  if (params.source == PlaneSource::Dense) return findPlanes(points, indices, params, sensor);
   Indices storage;
   indices = detail::checkedIndices(points, *indices, storage);
   if (!features.empty()) return planesFromFeatures(points, *indices, features, params, sensor);

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "planar_mapping/base/lists.h"
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/base/simd.h"
 
 namespace planar_mapping::detail {
@@ -35,36 +34,32 @@ PLANAR_MAPPING_MULTIVERSION PLANAR_MAPPING_FREE_ROOTS void fitAll(const double* 
   constexpr int kFields = 9;
   static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as nine floats");
   float fields[kFields][kBlock];
-  double s[kMoments][kBlock];
   for (std::size_t begin = 0; begin < cells; begin += kBlock) {
     const std::size_t count = cells - begin < kBlock ? cells - begin : kBlock;
+    const double* s = sums + begin;
     double points = 0.0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double* of = sums + (begin + i) * kMoments;
-      for (std::size_t m = 0; m < kMoments; ++m) s[m][i] = of[m];
-      points += of[kN];
-    }
+    for (std::size_t i = 0; i < count; ++i) points += s[i];
     if (!(points > 0.0)) {
       for (std::size_t i = 0; i < count * kFields; ++i) out[begin * kFields + i] = 0.0F;
       continue;
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const double n = s[kN][i];
+      const double n = s[kN * cells + i];
       const double inverse = n > 2.5 ? 1.0 / n : 0.0;
-      const double mx = s[kX][i] * inverse;
-      const double my = s[kY][i] * inverse;
-      const double mz = s[kZ][i] * inverse;
-      const double xx = s[kXX][i] * inverse - mx * mx;
-      const double yy = s[kYY][i] * inverse - my * my;
-      const double zz = s[kZZ][i] * inverse - mz * mz;
+      const double mx = s[kX * cells + i] * inverse;
+      const double my = s[kY * cells + i] * inverse;
+      const double mz = s[kZ * cells + i] * inverse;
+      const double xx = s[kXX * cells + i] * inverse - mx * mx;
+      const double yy = s[kYY * cells + i] * inverse - my * my;
+      const double zz = s[kZZ * cells + i] * inverse - mz * mz;
       const double trace = xx + yy + zz;
       const double scale = trace > 1e-20 ? 1.0 / trace : 0.0;
       // Covariance divided by its trace, rows (a b c), (b d e), (c e f), and its adjugate.
       const double a = xx * scale;
-      const double b = (s[kXY][i] * inverse - mx * my) * scale;
-      const double c = (s[kXZ][i] * inverse - mx * mz) * scale;
+      const double b = (s[kXY * cells + i] * inverse - mx * my) * scale;
+      const double c = (s[kXZ * cells + i] * inverse - mx * mz) * scale;
       const double d = yy * scale;
-      const double e = (s[kYZ][i] * inverse - my * mz) * scale;
+      const double e = (s[kYZ * cells + i] * inverse - my * mz) * scale;
       const double f = zz * scale;
       const double aa = d * f - e * e;
       const double ab = c * e - b * f;
@@ -224,7 +219,7 @@ double correlatedPixels(const CellGrid& grid, const CellFits& windows, const Ran
       double squares = 0.0;
       for (int r = row - 1; r <= row + 1; ++r) {
         for (int c = column - 1; c <= column + 1; ++c) {
-          const Vector3 mean = meanOf(grid[r * grid.columns + c]);
+          const Vector3 mean = meanOf(grid, r * grid.columns + c);
           const double off = fit.normal[0] * (mean[0] - fit.mean[0]) +
                              fit.normal[1] * (mean[1] - fit.mean[1]) +
                              fit.normal[2] * (mean[2] - fit.mean[2]);
@@ -243,14 +238,9 @@ double correlatedPixels(const CellGrid& grid, const CellFits& windows, const Ran
 
 }  // namespace
 
-CellFits fitCells(const CellSums& cells, const Vector3& sensor, int threads) {
-  constexpr std::size_t kChunk = 16 * kBlock;
-  CellFits fits(cells.size());
-  parallelFor((cells.size() + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
-    const std::size_t first = chunk * kChunk;
-    fitAll(cells[first].data(), std::min(kChunk, cells.size() - first), sensor.data(),
-           fits[first].normal);
-  });
+CellFits fitCells(const CellGrid& grid, const Vector3& sensor) {
+  CellFits fits(static_cast<std::size_t>(grid.cells()));
+  if (!fits.empty()) fitAll(grid.sums.data(), fits.size(), sensor.data(), fits.front().normal);
   return fits;
 }
 
@@ -366,8 +356,8 @@ CoherenceTest MetricFit::coherenceTest(const PlaneCandidate& plane,
   return test;
 }
 
-std::vector<char> MetricFit::agree(const PlaneCandidate& plane, const CellSums& windows) const {
-  const CellFits fits = fitCells(windows, sensor_, 1);
+std::vector<char> MetricFit::agree(const PlaneCandidate& plane, const CellGrid& windows) const {
+  const CellFits fits = fitCells(windows, sensor_);
   std::vector<char> agrees(fits.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const double error = params_.growing_factor * normalError(fits[i], noise_, sensor_, params_);

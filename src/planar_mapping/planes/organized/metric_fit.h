@@ -60,8 +60,6 @@ struct OrganizedParams : SearchParams {
   double clear_normal_fraction = 0.8;
   /// Radians that noise may turn a normal at most before it counts as another surface.
   double most_coherent_angle = 0.9;
-  /// Fraction of the pixels of a plane that tells of all, in tiles amidst it.
-  double min_inside_fraction = 0.25;
   /// Fraction of agreeing pixels from which on a plane keeps all of its pixels.
   double clear_coherent_fraction = 0.85;
   /// Fraction of the remaining pixels within coherent_angle below which a plane is a slice through
@@ -94,8 +92,8 @@ struct CellFit {
 
 using CellFits = std::vector<CellFit, Unset<CellFit>>;
 
-/// Least-squares planes of all cells; a zero normal where there is none.
-CellFits fitCells(const CellSums& cells, const Vector3& sensor, int threads);
+/// Least-squares planes of all cells of a grid; a zero normal where there is none.
+CellFits fitCells(const CellGrid& grid, const Vector3& sensor);
 
 /// Estimates the noise of the sensor from the residuals of tiles and of the windows around them.
 RangeNoise estimateNoise(const CellGrid& tiles, const CellFits& fits, const CellFits& windows,
@@ -133,7 +131,7 @@ class MetricFit : public PlaneFit {
   /// Only planes whose residual is not small compared with their width are tested.
   CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                               const PartList& list) const override;
-  std::vector<char> agree(const PlaneCandidate& plane, const CellSums& windows) const override;
+  std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const override;
   bool isBent(const PlaneCandidate& plane, const Bend& bend) const override;
 
  private:
@@ -149,8 +147,6 @@ class MetricGrower : public CellGrower {
 
   /// Of the sensor, from the fits of cells and windows.
   RangeNoise noise() const;
-  /// Planes of the windows of 3 x 3 cells around all cells.
-  const CellFits& windows() const { return window_fits_; }
 
  private:
   void classify() override;
@@ -158,9 +154,8 @@ class MetricGrower : public CellGrower {
                const CellState& state) const override;
 
   const MetricFit& fit_;
-  double least_noise_;      ///< below it noise is not told apart from none, metres
-  std::vector<int> cells_;  ///< that hold points, or all
-  CellFits fits_;           ///< of these, and of the windows around them
+  double least_noise_;  ///< below it noise is not told apart from none, metres
+  CellFits fits_;
   CellFits window_fits_;
   CellFits wide_fits_;
 };

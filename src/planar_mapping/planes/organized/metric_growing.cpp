@@ -2,48 +2,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/planes/organized/metric_fit.h"
 
 namespace planar_mapping::detail {
-namespace {
-
-constexpr std::size_t kChunk = 512;  ///< cells
-
-}  // namespace
 
 MetricGrower::MetricGrower(const CellGrid& grid, bool wide, const MetricFit& fit)
     : CellGrower(grid, fit),
       fit_(fit),
       least_noise_(fit.params().distance_threshold *
                    (wide ? fit.params().smallest_noise_fraction
-                         : fit.params().smallest_quarter_noise_fraction)) {
-  const int threads = fit.params().threads;
-  if (wide) {
-    cells_.resize(grid.sums.size());
-    std::iota(cells_.begin(), cells_.end(), 0);
-    fits_ = fitCells(grid.sums, fit.sensor(), threads);
-    window_fits_ = fitCells(windowSums(grid, 1, threads), fit.sensor(), threads);
-    wide_fits_ = fitCells(windowSums(grid, 2, threads), fit.sensor(), threads);
-    return;
-  }
-  // Few quarters hold a pixel that no tile took.
-  for (int cell = 0; cell < grid.cells(); ++cell) {
-    if (grid.count(cell) > 0.0) cells_.push_back(cell);
-  }
-  CellSums alone(cells_.size());
-  CellSums windows(cells_.size());
-  parallelFor((cells_.size() + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(cells_.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) {
-      alone[i] = grid[cells_[i]];
-      windows[i] = sumWindow(grid, cells_[i], 1);
-    }
-  });
-  fits_ = fitCells(alone, fit.sensor(), threads);
-  window_fits_ = fitCells(windows, fit.sensor(), threads);
+                         : fit.params().smallest_quarter_noise_fraction)),
+      fits_(fitCells(grid, fit.sensor())),
+      window_fits_(fitCells(windowSums(grid, 1), fit.sensor())) {
+  if (wide) wide_fits_ = fitCells(windowSums(grid, 2), fit.sensor());
 }
 
 RangeNoise MetricGrower::noise() const {
@@ -55,12 +27,12 @@ void MetricGrower::classify() {
   const OrganizedParams& params = fit_.params();
   const Vector3& sensor = fit_.sensor();
   const double correlated = fit_.noise().correlated_pixels;
-  const auto look = [&](std::size_t i) {
-    const auto cell = static_cast<std::size_t>(cells_[i]);
-    if (!(grid_.sums[cell][kN] >= 1.0)) return;
-    CellState& state = states_[cell];
-    const double squared_range = (meanOf(grid_.sums[cell]) - sensor).squaredNorm();
-    if (!std::isfinite(squared_range)) return;
+  for (int cell = 0; cell < grid_.cells(); ++cell) {
+    const auto i = static_cast<std::size_t>(cell);
+    if (!(grid_.count(cell) >= 1.0)) continue;
+    CellState& state = states_[i];
+    const double squared_range = (meanOf(grid_, cell) - sensor).squaredNorm();
+    if (!std::isfinite(squared_range)) continue;
     const double range = std::sqrt(squared_range);
     const double sigma = fit_.noise().at(squared_range);
     const double noise_over_range = range > 0.0 ? sigma / range : 0.0;
@@ -81,13 +53,9 @@ void MetricGrower::classify() {
       return true;
     };
     if (planar(fits_[i], 1)) state.planarity = 1;
-    if (!planar(window_fits_[i], 9)) return;
+    if (!planar(window_fits_[i], 9)) continue;
     state.planarity = !wide_fits_.empty() && planar(wide_fits_[i], 25) ? 3 : 2;
-  };
-  parallelFor((cells_.size() + kChunk - 1) / kChunk, params.threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(cells_.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) look(i);
-  });
+  }
 }
 
 bool MetricGrower::accepts(const PlaneCandidate& plane, const MomentSums& sums,

@@ -44,22 +44,36 @@ void sumGated(const double* sums, const float* range, const float* spread, int c
 /// grid of 2 columns x 2 rows per tile.
 class Surroundings {
  public:
-  Surroundings(const TiledCloud& cloud, const OrganizedParams& params)
+  Surroundings(const TiledCloud& cloud, const OrganizedParams& params, int threads)
       : columns(2 * cloud.columns),
         rows(2 * cloud.rows),
         cloud_(cloud),
         params_(params),
+        threads_(threads),
         sums_(static_cast<std::size_t>(columns) * rows),
-        range_(sums_.size()),
-        spread_(sums_.size()),
-        is_summed_(static_cast<std::size_t>(cloud.tiles()), 0) {}
+        range_(sums_.size(), -1.0F),
+        spread_(sums_.size(), 0.0F) {
+    parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
+      const std::size_t begin = 2 * row * static_cast<std::size_t>(columns);
+      static_assert(sizeof(MomentSums) == kMoments * sizeof(double), "written as plain numbers");
+      sumQuarters(cloud.x(static_cast<int>(row) * cloud.columns), cloud.columns,
+                  sums_[begin].data());
+      for (std::size_t i = begin; i < begin + 2 * static_cast<std::size_t>(columns); ++i) {
+        const MomentSums& s = sums_[i];
+        if (!(s[kN] > 0.0)) continue;
+        const Vector3 mean = meanOf(s);
+        const double square = (s[kXX] + s[kYY] + s[kZZ]) / s[kN] - mean.squaredNorm();
+        range_[i] = static_cast<float>((mean - cloud.sensor).norm());
+        spread_[i] = std::sqrt(std::max(0.0F, static_cast<float>(square)));
+      }
+    });
+  }
 
   /// Planes of what lies around the quarters, up to \p radius quarters away, at about their range.
-  CellFits fits(const std::vector<std::int32_t>& quarters, int radius) {
-    sumAround(quarters, radius);
+  CellFits fits(const std::vector<std::int32_t>& quarters, int radius) const {
     constexpr std::size_t kChunk = 512;
-    CellSums windows(quarters.size());
-    parallelFor((quarters.size() + kChunk - 1) / kChunk, params_.threads, [&](std::size_t chunk) {
+    CellGrid windows(static_cast<int>(quarters.size()), 1, 0);
+    parallelFor((quarters.size() + kChunk - 1) / kChunk, threads_, [&](std::size_t chunk) {
       const std::size_t end = std::min(quarters.size(), (chunk + 1) * kChunk);
       for (std::size_t i = chunk * kChunk; i < end; ++i) {
         const auto at = static_cast<std::size_t>(quarters[i]);
@@ -68,14 +82,16 @@ class Surroundings {
         const float gate = static_cast<float>(params_.same_surface_constant) +
                            static_cast<float>(params_.same_surface_fraction) * range_[at];
         const std::size_t first = static_cast<std::size_t>(window.top) * columns + window.left;
+        MomentSums sums;
         sumGated(sums_[first].data(), &range_[first], &spread_[first], columns,
                  window.bottom - window.top + 1, window.right - window.left + 1, range_[at], gate,
-                 windows[i].data());
+                 sums.data());
         // The quarter itself counts however spread it is.
-        if (spread_[at] > gate) addSums(windows[i], sums_[at]);
+        if (spread_[at] > gate) addSums(sums, sums_[at]);
+        windows.set(i, sums);
       }
     });
-    return fitCells(windows, cloud_.sensor, params_.threads);
+    return fitCells(windows, cloud_.sensor);
   }
 
   struct Window {
@@ -93,56 +109,18 @@ class Surroundings {
   const int rows;
 
  private:
-  /// Sums the quarters of the tiles that the windows reach.
-  void sumAround(const std::vector<std::int32_t>& quarters, int radius) {
-    constexpr char kWanted = 2;
-    for (const std::int32_t quarter : quarters) {
-      const Window window = around(quarter, radius);
-      for (int row = window.top / 2; row <= window.bottom / 2; ++row) {
-        char* line = is_summed_.data() + static_cast<std::size_t>(row) * cloud_.columns;
-        for (int column = window.left / 2; column <= window.right / 2; ++column)
-          line[column] = line[column] == 0 ? kWanted : line[column];
-      }
-    }
-    parallelFor(static_cast<std::size_t>(cloud_.rows), params_.threads, [&](std::size_t row) {
-      for (int column = 0; column < cloud_.columns; ++column) {
-        const std::size_t tile = row * static_cast<std::size_t>(cloud_.columns) + column;
-        if (is_summed_[tile] == kWanted) sumTile(static_cast<int>(tile));
-      }
-    });
-  }
-
-  void sumTile(int tile) {
-    is_summed_[static_cast<std::size_t>(tile)] = 1;
-    MomentSums of[4];
-    sumQuarters(cloud_.x(tile), of[0].data());
-    const std::size_t first = static_cast<std::size_t>(tile / cloud_.columns) * 2 * columns +
-                              static_cast<std::size_t>(tile % cloud_.columns) * 2;
-    for (std::size_t quarter = 0; quarter < 4; ++quarter) {
-      const MomentSums& s = of[quarter];
-      const std::size_t i = first + quarter / 2 * columns + quarter % 2;
-      sums_[i] = s;
-      range_[i] = -1.0F;
-      spread_[i] = 0.0F;
-      if (!(s[kN] > 0.0)) continue;
-      const Vector3 mean = meanOf(s);
-      const double square = (s[kXX] + s[kYY] + s[kZZ]) / s[kN] - mean.squaredNorm();
-      range_[i] = static_cast<float>((mean - cloud_.sensor).norm());
-      spread_[i] = std::sqrt(std::max(0.0F, static_cast<float>(square)));
-    }
-  }
-
   const TiledCloud& cloud_;
   const OrganizedParams& params_;
-  CellSums sums_;                            ///< of all measured points of each quarter
-  std::vector<float, Unset<float>> range_;   ///< of their mean, metres; negative if none
-  std::vector<float, Unset<float>> spread_;  ///< root mean square distance from the mean, metres
-  std::vector<char> is_summed_;              ///< tiles
+  int threads_;
+  std::vector<MomentSums> sums_;  ///< of all measured points of each quarter
+  std::vector<float> range_;      ///< of their mean from the sensor, metres; negative if none
+  std::vector<float> spread_;     ///< root mean square distance from the mean, metres
 };
 
 /// The pixels of one plane in one quarter.
 struct TilePiece {
   std::int32_t quarter = 0;
+  std::int32_t speaker = 0;  ///< the quarter whose surroundings tell how it lies
   std::int16_t label = -1;
   std::int16_t pixels = 0;
   bool agrees = false;     ///< as far as the noise lets one see
@@ -167,48 +145,35 @@ struct Count {
   }
 };
 
-/// Which planes must be looked at in pieces: those that do not lie as most of their inside does, or
-/// have little of it. The window of 3 x 3 tiles tells how the inside of a plane lies.
-std::vector<char> doubtfulPlanes(const std::vector<PlaneCandidate>& planes, const CellFits& windows,
-                                 const OrganizedParams& params, PixelAssigner& pixels) {
-  const double min_cosine = std::cos(params.coherent_angle);
-  std::vector<Count> counts(planes.size());
-  std::vector<double> all(planes.size(), 0.0);
-  for (const TilePart& part : pixels.parts()) {
-    const auto label = static_cast<std::size_t>(part.label);
-    all[label] += part.sums[kN];
-    if (!pixels.isInside(part.tile)) continue;
-    counts[label].all += part.sums[kN];
-    const CellFit& window = windows[static_cast<std::size_t>(part.tile)];
-    if (planes[label].cosine(window.normal) >= min_cosine) counts[label].near += part.sums[kN];
-  }
-  std::vector<char> doubtful(planes.size());
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    doubtful[i] = counts[i].all < params.min_inside_fraction * all[i] ||
-                  counts[i].near < params.clear_coherent_fraction * counts[i].all;
-  }
-  return doubtful;
-}
-
-/// Which of the doubtful planes the pixels of each quarter have, ascending by quarter.
-std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pixels,
-                                const std::vector<char>& doubtful) {
+/// Which planes the pixels of each quarter have, ascending by quarter. Inside a plane one quarter
+/// of a tile speaks for all four.
+std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pixels) {
   std::vector<TilePiece> pieces;
+  pieces.reserve(static_cast<std::size_t>(4) * cloud.tiles());
   const std::int32_t columns = 2 * cloud.columns;
+  std::vector<char> inside(static_cast<std::size_t>(cloud.tiles()));
+  for (int tile = 0; tile < cloud.tiles(); ++tile)
+    inside[static_cast<std::size_t>(tile)] = pixels.isInside(tile) ? 1 : 0;
   for (int row = 0; row < 2 * cloud.rows; ++row) {
-    for (int tile = row / 2 * cloud.columns; tile < (row / 2 + 1) * cloud.columns; ++tile) {
-      if (!pixels.holdsAny(tile, doubtful)) continue;
-      for (int half = 0; half < 2; ++half) {
-        const std::int32_t quarter = row * columns + tile % cloud.columns * 2 + half;
-        const std::int16_t* labels = pixels.labelsOf(tile) + ((row % 2) * 2 + half) * kQuarterArea;
-        const std::size_t first = pieces.size();
-        for (int k = 0; k < kQuarterArea; ++k) {
-          if (labels[k] < 0 || !doubtful[static_cast<std::size_t>(labels[k])]) continue;
-          std::size_t at = first;
-          while (at < pieces.size() && pieces[at].label != labels[k]) ++at;
-          if (at == pieces.size()) pieces.push_back({quarter, labels[k], 0});
-          ++pieces[at].pixels;
-        }
+    for (int column = 0; column < columns; ++column) {
+      const int tile = row / 2 * cloud.columns + column / 2;
+      if (!pixels.holdsPlane(tile)) continue;
+      const std::int32_t quarter = row * columns + column;
+      if (const std::int16_t whole = pixels.wholePlane(tile); whole >= 0) {
+        const std::int32_t first = (row - row % 2) * columns + column - column % 2;
+        const bool is_inside = inside[static_cast<std::size_t>(tile)] != 0;
+        pieces.push_back({quarter, is_inside ? first : quarter, whole, kQuarterArea});
+        continue;
+      }
+      const std::int16_t* labels =
+          pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
+      const std::size_t first = pieces.size();
+      for (int k = 0; k < kQuarterArea; ++k) {
+        if (labels[k] < 0) continue;
+        std::size_t at = first;
+        while (at < pieces.size() && pieces[at].label != labels[k]) ++at;
+        if (at == pieces.size()) pieces.push_back({quarter, quarter, labels[k], 0});
+        ++pieces[at].pixels;
       }
     }
   }
@@ -267,21 +232,18 @@ struct Sample {
 };
 
 /// Compares the normals around every piece with that of its plane.
-void compare(const TiledCloud& cloud, Surroundings& surroundings,
+void compare(const TiledCloud& cloud, const Surroundings& surroundings,
              const std::vector<PlaneCandidate>& planes, const MetricFit& fit, const PieceGrid& grid,
              std::vector<TilePiece>& pieces) {
   const OrganizedParams& params = fit.params();
   Sample all(surroundings);
-  for (const TilePiece& piece : pieces) all.add(piece.quarter);
+  for (const TilePiece& piece : pieces) all.add(piece.speaker);
   const CellFits small = surroundings.fits(all.quarters, kSmallRadius);
-  const auto around = [&](const TilePiece& piece) -> const CellFit& {
-    return all.of(small, piece.quarter);
-  };
   const double min_cosine = std::cos(params.coherent_angle);
   std::vector<Count> counts(planes.size());
   for (TilePiece& piece : pieces) {
     const auto label = static_cast<std::size_t>(piece.label);
-    piece.near = planes[label].cosine(around(piece).normal) >= min_cosine;
+    piece.near = planes[label].cosine(all.of(small, piece.speaker).normal) >= min_cosine;
     piece.wide = piece.agrees = piece.near;
     if (!piece.near) {
       int own = 0;
@@ -292,50 +254,49 @@ void compare(const TiledCloud& cloud, Surroundings& surroundings,
     counts[label].add(piece);
   }
   // A plane that most small surroundings agree with keeps all its pixels, whatever the others tell.
-  const auto isDoubtful = [&](const TilePiece& piece) {
+  const auto clear = [&](const TilePiece& piece) {
     const Count& count = counts[static_cast<std::size_t>(piece.label)];
-    return !piece.undecided && count.near < params.clear_coherent_fraction * count.all;
+    return piece.undecided || count.near >= params.clear_coherent_fraction * count.all;
   };
-  const auto error = [&](const TilePiece& piece) {
-    return params.growing_factor * normalError(around(piece), fit.noise(), cloud.sensor, params);
+  const auto error = [&](std::int32_t quarter) {
+    return params.growing_factor *
+           normalError(all.of(small, quarter), fit.noise(), cloud.sensor, params);
   };
-  const auto isNoisy = [&](const TilePiece& piece) {
-    return isDoubtful(piece) && error(piece) > params.clear_normal_fraction * params.coherent_angle;
-  };
+  Sample noisy(surroundings);
+  for (const TilePiece& piece : pieces) {
+    if (clear(piece) || noisy.holds(piece.speaker)) continue;
+    if (error(piece.speaker) > params.clear_normal_fraction * params.coherent_angle)
+      noisy.add(piece.speaker);
+  }
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.
   const bool white = fit.isWhite();
-  Sample noisy(surroundings);
-  for (const TilePiece& piece : pieces) {
-    if (!white && isNoisy(piece)) noisy.add(piece.quarter);
-  }
-  const CellFits wide = surroundings.fits(noisy.quarters, kWideRadius);
+  CellFits wide;
+  if (!white) wide = surroundings.fits(noisy.quarters, kWideRadius);
   for (TilePiece& piece : pieces) {
-    if (!isNoisy(piece)) continue;
+    if (!noisy.holds(piece.speaker) || clear(piece)) continue;
     if (white) {
       piece.near = piece.wide = piece.agrees = true;
       continue;
     }
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(piece.label)];
-    piece.wide = plane.cosine(noisy.of(wide, piece.quarter).normal) >= min_cosine;
+    piece.wide = plane.cosine(noisy.of(wide, piece.speaker).normal) >= min_cosine;
     piece.agrees = piece.near || piece.wide;
     if (piece.agrees) continue;
     const double allowed =
-        std::min(params.most_coherent_angle, std::max(params.coherent_angle, error(piece)));
-    piece.agrees = plane.cosine(around(piece).normal) >= std::cos(allowed);
+        std::min(params.most_coherent_angle, std::max(params.coherent_angle, error(piece.speaker)));
+    piece.agrees = plane.cosine(all.of(small, piece.speaker).normal) >= std::cos(allowed);
   }
 }
 
 }  // namespace
 
-void freeDisagreeing(const TiledCloud& cloud, const CellFits& windows,
-                     const std::vector<PlaneCandidate>& planes, const MetricFit& fit,
-                     PixelAssigner& pixels) {
+void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>& planes,
+                     const MetricFit& fit, int threads, PixelAssigner& pixels) {
   const OrganizedParams& params = fit.params();
-  const std::vector<char> doubtful = doubtfulPlanes(planes, windows, params, pixels);
-  std::vector<TilePiece> pieces = piecesOf(cloud, pixels, doubtful);
+  std::vector<TilePiece> pieces = piecesOf(cloud, pixels);
   if (pieces.empty()) return;
-  Surroundings surroundings(cloud, params);
+  const Surroundings surroundings(cloud, params, threads);
   const PieceGrid grid(pieces, surroundings);
   compare(cloud, surroundings, planes, fit, grid, pieces);
 

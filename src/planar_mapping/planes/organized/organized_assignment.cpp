@@ -111,14 +111,6 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
   const OrganizedParams& params = fit_.params();
   const RangeNoise& noise = fit_.noise();
   const double border = isNoisy(tile) ? params.growingDistance() : params.touchingDistance();
-  const auto bandOf = [&](std::int16_t plane) {
-    const bool inside = reach == 0 || grown_[static_cast<std::size_t>(tile)].holds(plane);
-    return inside ? params.distance_threshold : border;
-  };
-  if (count == 1 && takeWhole(tile, planes[static_cast<std::size_t>(candidates[0])],
-                              bandOf(candidates[0]), candidates[0])) {
-    return;
-  }
   BandedPlane banded[kMaxAround];
   for (int i = 0; i < count; ++i) {
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(candidates[i])];
@@ -128,7 +120,8 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     // On the plane the noise along the ray counts by the cosine |sensor distance| / r.
     const double factor = params.noise_factor * plane.height;
     const double squared_factor = factor * factor;
-    const double band = bandOf(candidates[i]);
+    const bool inside = reach == 0 || grown_[static_cast<std::size_t>(tile)].holds(candidates[i]);
+    const double band = inside ? params.distance_threshold : border;
     b.constant = static_cast<float>(band * band);
     b.a = static_cast<float>(squared_factor * noise.constant * noise.constant);
     b.b = static_cast<float>(squared_factor * 2.0 * noise.constant * noise.quadratic);

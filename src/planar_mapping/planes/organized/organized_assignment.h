@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "planar_mapping/planes/organized/metric_fit.h"
@@ -35,8 +34,6 @@ class PixelLabels {
   const std::vector<std::int16_t>& labels() const { return labels_; }
   /// Cells of \p grid (tiles or quarters of them) are part of planes, -1 = of none.
   void addCells(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels);
-  /// The planes that each plane has in a tile or in one next to it.
-  std::vector<std::vector<std::int16_t>> adjacentPlanes(std::size_t planes) const;
   /// Renames labels; -1 frees the pixels.
   void relabel(const std::vector<std::int16_t>& target);
   /// Number of pixels of each plane.
@@ -44,21 +41,18 @@ class PixelLabels {
   /// The pixels of each plane in each tile, ascending by tile; until something changes.
   const std::vector<TilePart>& parts();
 
-  int threads() const { return threads_; }
   const std::int16_t* labelsOf(int tile) const {
     return labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
   }
   bool holdsPlane(int tile) const {
     return summaries_[static_cast<std::size_t>(tile)].planes.size > 0;
   }
-  /// Whether a tile holds one of the planes that are \p wanted.
-  bool holdsAny(int tile, const std::vector<char>& wanted) const {
-    const PlaneList& held = summaries_[static_cast<std::size_t>(tile)].planes;
-    return std::any_of(held.label, held.label + held.size, [&](std::int16_t plane) {
-      return wanted[static_cast<std::size_t>(plane)] != 0;
-    });
+  /// The plane of all pixels of a tile, or -1.
+  std::int16_t wholePlane(int tile) const {
+    const Summary& summary = summaries_[static_cast<std::size_t>(tile)];
+    return summary.count[0] == kTileArea ? summary.planes.label[0] : std::int16_t{-1};
   }
-  /// Whether all points of a tile and of those around it are of one plane.
+  /// Whether a tile and those around it are all of one plane.
   bool isInside(int tile) const;
 
  protected:
@@ -77,8 +71,6 @@ class PixelLabels {
   /// Planes present in a tile and those up to \p reach tiles away, its own first. \return number
   int planesAround(int tile, int reach, std::int16_t* planes) const;
   void summarize(int tile);
-  /// Gives a tile without planes to one if the sums alone tell that no pixel is off it by more.
-  bool takeWhole(int tile, const PlaneCandidate& plane, double band, std::int16_t label);
   /// A tile holds the planes of at least so many of its pixels, besides those it held or \p anew.
   void updatePresence(int min_pixels, bool anew);
 
@@ -92,12 +84,9 @@ class PixelLabels {
   std::vector<char> changed_;        ///< presence or labels changed since the last assignment
 
  private:
-  void sumParts(int tile, TilePart* parts) const;
-
   bool by_quarters_;
-  std::vector<TilePart> parts_;     ///< as of the last parts()
-  std::vector<std::size_t> first_;  ///< of each tile in it, and one past the last
-  std::vector<char> stale_;         ///< tiles whose labels changed since then
+  std::vector<TilePart> parts_;  ///< as of the last parts()
+  std::vector<char> stale_;      ///< tiles whose labels changed since then
 };
 
 struct EdgePlane;
@@ -151,12 +140,9 @@ class PixelAssigner : public PixelLabels {
 /// Frees the pixels whose surroundings do not lie as their plane does: what a plane cuts out of
 /// objects it passes through, and what of a bent surface has turned away from it. Surroundings are
 /// all measured points near a quarter of a tile, of the plane or not, so that a thin slice cannot
-/// vouch for itself; a plane is not looked at if its inside
-/// lies as it does. They are wider where the noise is too large for a small window. A plane nearly
+/// vouch for itself. They are wider where the noise is too large for a small window. A plane nearly
 /// all of whose pixels agree keeps them all, one that few agree with loses them all.
-/// \param windows planes of the windows of 3 x 3 tiles
-void freeDisagreeing(const TiledCloud& cloud, const CellFits& windows,
-                     const std::vector<PlaneCandidate>& planes, const MetricFit& fit,
-                     PixelAssigner& pixels);
+void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>& planes,
+                     const MetricFit& fit, int threads, PixelAssigner& pixels);
 
 }  // namespace planar_mapping::detail

@@ -147,7 +147,7 @@ void settleTile(const float* x, const EdgePlane* planes, int count, const EdgeNo
 
 bool PixelAssigner::isNoisy(int tile) const {
   return tiles_.count(tile) > 0.0 &&
-         fit_.blursEdges((meanOf(tiles_[tile]) - cloud_.sensor).squaredNorm());
+         fit_.blursEdges((meanOf(tiles_, tile) - cloud_.sensor).squaredNorm());
 }
 
 bool PixelAssigner::isNoisy() const {
@@ -289,9 +289,8 @@ void PixelAssigner::settleEdges(const std::vector<PlaneCandidate>& planes) {
     for (int column = 0; column < cloud_.columns; ++column) {
       EdgeTile at;
       at.tile = static_cast<int>(row) * cloud_.columns + column;
-      if (!isNoisy(at.tile) || isInside(at.tile)) continue;
       at.planes = commonestAround(at.tile, at.labels);
-      if (at.planes < 2) continue;
+      if (at.planes < 2 || !isNoisy(at.tile)) continue;
       rows[row].push_back(at);
     }
   });

@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/base/simd.h"
 #include "planar_mapping/planes/organized/organized_assignment.h"
 
@@ -133,37 +131,6 @@ void PixelLabels::addCells(const CellGrid& grid, const std::vector<std::int16_t>
   }
 }
 
-std::vector<std::vector<std::int16_t>> PixelLabels::adjacentPlanes(std::size_t planes) const {
-  std::vector<std::vector<std::int16_t>> adjacent(planes);
-  const auto add = [&](std::int16_t plane, std::int16_t other) {
-    std::vector<std::int16_t>& list = adjacent[static_cast<std::size_t>(plane)];
-    if (std::find(list.begin(), list.end(), other) == list.end()) list.push_back(other);
-  };
-  const auto compare = [&](const PlaneList& own, const PlaneList& other) {
-    if (own.size == 1 && other.size == 1 && own.label[0] == other.label[0]) return;
-    for (int i = 0; i < own.size; ++i) {
-      for (int k = 0; k < other.size; ++k) {
-        if (own.label[i] == other.label[k]) continue;
-        add(own.label[i], other.label[k]);
-        add(other.label[k], own.label[i]);
-      }
-    }
-  };
-  for (int row = 0; row < cloud_.rows; ++row) {
-    const PlaneList* line = presence_.data() + static_cast<std::size_t>(row) * cloud_.columns;
-    for (int column = 0; column < cloud_.columns; ++column) {
-      const PlaneList& own = line[column];
-      if (own.size == 0) continue;
-      compare(own, own);
-      if (column + 1 < cloud_.columns) compare(own, line[column + 1]);
-      if (row + 1 == cloud_.rows) continue;
-      const int last = std::min(cloud_.columns - 1, column + 1);
-      for (int c = std::max(0, column - 1); c <= last; ++c) compare(own, line[cloud_.columns + c]);
-    }
-  }
-  return adjacent;
-}
-
 void PixelLabels::summarize(int tile) {
   std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
   stale_[static_cast<std::size_t>(tile)] = 1;
@@ -174,22 +141,6 @@ void PixelLabels::summarize(int tile) {
       countLabels(labels, summary.planes.label, summary.count, PlaneList::kMax));
   for (int k = 0; k < summary.planes.size; ++k) labelled += summary.count[k];
   summary.free = static_cast<std::int16_t>(static_cast<int>(tiles_.count(tile)) - labelled);
-}
-
-bool PixelLabels::takeWhole(int tile, const PlaneCandidate& plane, double band,
-                            std::int16_t label) {
-  const auto i = static_cast<std::size_t>(tile);
-  const MomentSums& sums = tiles_[tile];
-  if (summaries_[i].planes.size > 0 || !(sums[kN] * plane.meanSquare(sums) <= band * band))
-    return false;
-  std::int16_t* labels = labelsOf(tile);
-  const float* x = cloud_.x(tile);
-  for (int k = 0; k < kTileArea; ++k) labels[k] = x[k] == x[k] ? label : std::int16_t{-1};
-  stale_[i] = 1;
-  summaries_[i] = {};
-  summaries_[i].planes.add(label);
-  summaries_[i].count[0] = static_cast<std::int16_t>(sums[kN]);
-  return true;
 }
 
 void PixelLabels::updatePresence(int min_pixels, bool anew) {
@@ -232,18 +183,13 @@ int PixelLabels::planesAround(int tile, int reach, std::int16_t* planes) const {
 }
 
 bool PixelLabels::isInside(int tile) const {
-  const auto onlyPlane = [&](int of) {
-    const Summary& summary = summaries_[static_cast<std::size_t>(of)];
-    return summary.planes.size == 1 && summary.free == 0 ? summary.planes.label[0]
-                                                         : std::int16_t{-1};
-  };
-  const std::int16_t plane = onlyPlane(tile);
+  const std::int16_t plane = wholePlane(tile);
   const int row = tile / cloud_.columns;
   const int column = tile % cloud_.columns;
   if (plane < 0) return false;
   for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
     for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
-      if (onlyPlane(r * cloud_.columns + c) != plane) return false;
+      if (wholePlane(r * cloud_.columns + c) != plane) return false;
     }
   }
   return true;
@@ -261,51 +207,40 @@ std::vector<std::int64_t> PixelLabels::counts(std::size_t planes) const {
 
 const std::vector<TilePart>& PixelLabels::parts() {
   if (std::find(stale_.begin(), stale_.end(), 1) == stale_.end()) return parts_;
-  std::vector<std::size_t> first(summaries_.size() + 1, 0);
-  for (std::size_t tile = 0; tile < summaries_.size(); ++tile)
-    first[tile + 1] = first[tile] + static_cast<std::size_t>(summaries_[tile].planes.size);
-  std::vector<TilePart> parts(first.back());
-  parallelFor(static_cast<std::size_t>(cloud_.rows), threads_, [&](std::size_t row) {
-    const std::size_t begin = row * static_cast<std::size_t>(cloud_.columns);
-    for (std::size_t tile = begin; tile < begin + static_cast<std::size_t>(cloud_.columns);
-         ++tile) {
-      if (std::exchange(stale_[tile], 0) != 0) {
-        sumParts(static_cast<int>(tile), parts.data() + first[tile]);
+  std::vector<TilePart> parts;
+  parts.reserve(summaries_.size() + summaries_.size() / 2);
+  auto before = parts_.cbegin();
+  for (int tile = 0; tile < cloud_.tiles(); ++tile) {
+    const auto first = before;
+    while (before != parts_.cend() && before->tile == tile) ++before;
+    if (std::exchange(stale_[static_cast<std::size_t>(tile)], 0) == 0) {
+      parts.insert(parts.end(), first, before);
+      continue;
+    }
+    const Summary& summary = summaries_[static_cast<std::size_t>(tile)];
+    const auto finite = static_cast<std::int16_t>(tiles_.count(tile));
+    const std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
+    for (int k = 0; k < summary.planes.size; ++k) {
+      parts.emplace_back();
+      TilePart& part = parts.back();
+      part.tile = tile;
+      part.label = summary.planes.label[k];
+      part.finite =
+          by_quarters_
+              ? static_cast<std::int16_t>(countFiniteAround(cloud_.x(tile), labels, part.label))
+              : finite;
+      if (summary.count[k] == finite) {
+        part.sums = sumsOf(tiles_, tile);
       } else {
-        std::copy(parts_.data() + first_[tile], parts_.data() + first_[tile + 1],
-                  parts.data() + first[tile]);
+        sumLabelledPixels(cloud_.x(tile), labels, part.label, part.sums.data());
       }
     }
-  });
+  }
   parts_.swap(parts);
-  first_.swap(first);
   return parts_;
 }
 
-void PixelLabels::sumParts(int tile, TilePart* parts) const {
-  const Summary& summary = summaries_[static_cast<std::size_t>(tile)];
-  const auto finite = static_cast<std::int16_t>(tiles_.count(tile));
-  const std::int16_t* labels = labelsOf(tile);
-  for (int k = 0; k < summary.planes.size; ++k) {
-    TilePart& part = parts[k];
-    part.tile = tile;
-    part.label = summary.planes.label[k];
-    part.finite =
-        by_quarters_
-            ? static_cast<std::int16_t>(countFiniteAround(cloud_.x(tile), labels, part.label))
-            : finite;
-    if (summary.count[k] == finite) {
-      part.sums = tiles_[tile];
-    } else {
-      sumLabelledPixels(cloud_.x(tile), labels, part.label, part.sums.data());
-    }
-  }
-}
-
 void PixelLabels::relabel(const std::vector<std::int16_t>& target) {
-  std::vector<std::int16_t> same(target.size());
-  std::iota(same.begin(), same.end(), std::int16_t{0});
-  if (target == same) return;
   for (std::size_t tile = 0; tile < summaries_.size(); ++tile) {
     presence_[tile].rename(target);
     grown_[tile].rename(target);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <numeric>
 
 #include "planar_mapping/base/point_indices.h"
 #include "planar_mapping/planes/organized/metric_fit.h"
@@ -21,7 +22,7 @@ std::vector<TilePart> wholeTiles(const CellGrid& tiles, const std::vector<std::i
     const std::int16_t label = labels[static_cast<std::size_t>(tile)];
     if (label < 0) continue;
     parts.push_back({tile, label, static_cast<std::int16_t>(tiles.count(tile)), {}});
-    parts.back().sums = tiles[tile];
+    parts.back().sums = sumsOf(tiles, tile);
   }
   return parts;
 }
@@ -31,7 +32,7 @@ void settleEdges(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, con
                  int rounds) {
   if (!pixels.isNoisy()) return;
   for (int round = 0; round < rounds; ++round) {
-    refit(planes, pixels.parts(), fit, pixels.threads());
+    refit(planes, pixels.parts(), fit);
     pixels.settleEdges(planes);
   }
 }
@@ -70,7 +71,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   PlaneSet set;
   const TiledCloud cloud = tileCloud(points, indices, sensor, nullptr, params.threads);
   const CellGrid tiles = tileGrid(cloud, params.threads);
-  const double finite = tiles.points();
+  const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
   set.diagnostics.points_not_measured = countOf(points, indices) - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
@@ -87,7 +88,8 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   PixelAssigner pixels(cloud, tiles, fit, params.threads);
   std::vector<std::int16_t> labels =
       growPlanes(grower, tiles, fit, params.min_inliers, planes, pixels, set.diagnostics);
-  refit(planes, wholeTiles(tiles, labels), fit, params.threads);
+  refit(planes, wholeTiles(tiles, labels), fit);
+  pixels.addCells(tiles, labels);
   for (int round = 0; round < kAssignmentRounds; ++round) pixels.assign(planes);
   settleEdges(planes, pixels, fit, own.settling_rounds);
   reject(planes, pixels, params.min_inliers * kMinSeedFraction, cloud, fit, true, set.diagnostics);
@@ -96,6 +98,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
     MetricGrower of_quarters(quarters, false, fit);
     labels =
         growPlanes(of_quarters, quarters, fit, params.min_inliers, planes, pixels, set.diagnostics);
+    pixels.addCells(quarters, labels);
     pixels.reopen(quarters, labels);
   }
   for (int round = 0; round < kAssignmentRounds; ++round) pixels.assign(planes);
@@ -104,10 +107,10 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   // The planes are final; what else lies within d_T of them where they are counts as theirs (Eq.
   // 11).
   pixels.fill(planes);
-  freeDisagreeing(cloud, grower.windows(), planes, fit, pixels);
+  freeDisagreeing(cloud, planes, fit, params.threads, pixels);
   dropSmall(planes, pixels, params.min_inliers, set.diagnostics);
   const std::vector<PlaneSegment*> segments =
-      makeSegments(points, cloud, pixels, params, planes, set);
+      makeSegments(points, cloud, pixels, params.patch_gap, planes, set);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (segments[i] != nullptr) describe(planes[i], cloud, sensor, *segments[i]);
   }

@@ -5,10 +5,33 @@
 #include <algorithm>
 #include <utility>
 
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/planes/tiles/plane_fit.h"
 
 namespace planar_mapping::detail {
+namespace {
+
+/// The planes of quarters: what has grown over their free pixels, else what others of them have.
+std::vector<std::int16_t> labelsOfQuarters(const CellGrid& quarters,
+                                           const std::vector<std::int16_t>& grown,
+                                           const PixelLabels& pixels) {
+  std::vector<std::int16_t> labels = grown;
+  std::size_t cell = 0;
+  for (int row = 0; row < quarters.rows; ++row) {
+    for (int column = 0; column < quarters.columns; ++column, ++cell) {
+      const int tile = row / 2 * (quarters.columns / 2) + column / 2;
+      if (labels[cell] >= 0 || !pixels.holdsPlane(tile)) continue;
+      labels[cell] = pixels.wholePlane(tile);
+      if (labels[cell] >= 0) continue;
+      const std::int16_t* own = pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
+      const auto held =
+          std::find_if(own, own + kQuarterArea, [](std::int16_t of) { return of >= 0; });
+      if (held != own + kQuarterArea) labels[cell] = *held;
+    }
+  }
+  return labels;
+}
+
+}  // namespace
 
 std::vector<std::int16_t> growPlanes(CellGrower& grower, const CellGrid& grid, const PlaneFit& fit,
                                      int min_inliers, std::vector<PlaneCandidate>& planes,
@@ -16,9 +39,11 @@ std::vector<std::int16_t> growPlanes(CellGrower& grower, const CellGrid& grid, c
   GrownCells grown = grower.grow(kMinSeedFraction * min_inliers, planes);
   diagnostics.hypotheses += grown.seeds;
   diagnostics.rejected_too_small += grown.too_small;
-  pixels.addCells(grid, grown.labels);
   const std::vector<std::int16_t> target =
-      mergeCandidates(planes, pixels.adjacentPlanes(planes.size()), fit);
+      grid.capacity == kTileArea
+          ? mergeCandidates(planes, grown.labels, grid.columns, grid.rows, fit)
+          : mergeCandidates(planes, labelsOfQuarters(grid, grown.labels, pixels), grid.columns,
+                            grid.rows, fit);
   pixels.relabel(target);
   for (std::int16_t& label : grown.labels) {
     if (label >= 0) label = target[static_cast<std::size_t>(label)];
@@ -27,23 +52,23 @@ std::vector<std::int16_t> growPlanes(CellGrower& grower, const CellGrid& grid, c
 }
 
 void refit(std::vector<PlaneCandidate>& planes, const std::vector<TilePart>& parts,
-           const PlaneFit& fit, int threads) {
+           const PlaneFit& fit) {
   const std::vector<PartList> lists = partsOfPlanes(parts, planes.size());
-  parallelFor(planes.size(), threads, [&](std::size_t i) {
+  for (std::size_t i = 0; i < planes.size(); ++i) {
     planes[i].sums = {};
     for (const std::size_t part : lists[i]) addSums(planes[i].sums, parts[part].sums);
     fit.fit(planes[i]);
     fit.refine(planes[i], parts, lists[i]);
-  });
+  }
 }
 
 void reject(std::vector<PlaneCandidate>& planes, PixelLabels& pixels, double min_points,
             const TiledCloud& cloud, const PlaneFit& fit, bool test_coherence,
             PlaneSearchDiagnostics& diagnostics) {
   const std::vector<TilePart>& parts = pixels.parts();
-  refit(planes, parts, fit, pixels.threads());
+  refit(planes, parts, fit);
   const std::vector<char> coherent =
-      test_coherence ? coherentPlanes(planes, parts, cloud.columns, fit, pixels.threads())
+      test_coherence ? coherentPlanes(planes, parts, cloud.columns, cloud.tiles(), fit)
                      : std::vector<char>(planes.size(), 1);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (!(planes[i].sums[kN] > 0.0)) {
@@ -68,7 +93,7 @@ void freeInvalid(const std::vector<PlaneCandidate>& planes, PixelLabels& pixels)
 }
 
 std::vector<PlaneSegment*> makeSegments(const PointsView& points, const TiledCloud& cloud,
-                                        PixelLabels& pixels, const MultiPlaneParams& params,
+                                        PixelLabels& pixels, double patch_gap,
                                         std::vector<PlaneCandidate>& planes, PlaneSet& set) {
   const std::vector<TilePart>& parts = pixels.parts();
   for (PlaneCandidate& plane : planes) plane.sums = {};
@@ -85,7 +110,7 @@ std::vector<PlaneSegment*> makeSegments(const PointsView& points, const TiledClo
   set.planes.resize(order.size());
   std::vector<PlaneSegment*> segments(planes.size(), nullptr);
   for (std::size_t i = 0; i < order.size(); ++i) segments[order[i]] = &set.planes[i];
-  listSegments(points, cloud, pixels.labels(), parts, params.patch_gap, params.threads, segments);
+  listSegments(points, cloud, pixels.labels(), parts, patch_gap, segments);
   return segments;
 }
 

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planar_mapping/base/parallel.h"
-
 namespace planar_mapping::detail {
 namespace {
 
@@ -17,19 +15,26 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 /// Fraction of the points in the tiles of a plane that belong to it and whose 3 x 3 tiles, as far
 /// as they are on the plane, lie as the plane does.
 double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
-                 const PartList& list, int columns, const PlaneFit& fit, bool own_points_only) {
-  CellSums windows(list.size());
+                 const PartList& list, int columns, const PlaneFit& fit, bool own_points_only,
+                 std::vector<std::int32_t>& part_of_tile) {
+  for (const std::size_t i : list) {
+    part_of_tile[static_cast<std::size_t>(parts[i].tile)] = static_cast<std::int32_t>(i);
+  }
+  CellGrid windows(static_cast<int>(list.size()), 1, 0);
+  const int tiles = static_cast<int>(part_of_tile.size());
   for (std::size_t i = 0; i < list.size(); ++i) {
     const int tile = parts[list[i]].tile;
-    MomentSums& sums = windows[i];
-    sums = {};
+    MomentSums sums = {};
     for (int row = -1; row <= 1; ++row) {
-      const int first = tile + row * columns - (tile % columns > 0 ? 1 : 0);
-      const int last = tile + row * columns + (tile % columns + 1 < columns ? 1 : 0);
-      auto at = std::lower_bound(list.begin(), list.end(), first,
-                                 [&](std::size_t part, int to) { return parts[part].tile < to; });
-      for (; at != list.end() && parts[*at].tile <= last; ++at) addSums(sums, parts[*at].sums);
+      for (int column = -1; column <= 1; ++column) {
+        const int at = tile % columns + column;
+        const int other = tile + row * columns + column;
+        if (at < 0 || at >= columns || other < 0 || other >= tiles) continue;
+        const std::int32_t part = part_of_tile[static_cast<std::size_t>(other)];
+        if (part >= 0) addSums(sums, parts[static_cast<std::size_t>(part)].sums);
+      }
     }
+    windows.set(i, sums);
   }
   const std::vector<char> agrees = fit.agree(plane, windows);
   double agreeing = 0.0;
@@ -38,6 +43,7 @@ double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts
     const TilePart& part = parts[list[i]];
     if (agrees[i]) agreeing += part.sums[kN];
     all += own_points_only ? part.sums[kN] : part.finite;
+    part_of_tile[static_cast<std::size_t>(part.tile)] = -1;
   }
   return agreeing / std::max(all, 1.0);
 }
@@ -109,21 +115,23 @@ Bend bendOf(const PlaneCandidate& plane, const std::vector<TilePart>& parts, con
 }
 
 std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,
-                                 const std::vector<TilePart>& parts, int columns,
-                                 const PlaneFit& fit, int threads) {
+                                 const std::vector<TilePart>& parts, int columns, int tiles,
+                                 const PlaneFit& fit) {
   std::vector<char> coherent(planes.size(), 1);
   const std::vector<PartList> lists = partsOfPlanes(parts, planes.size());
-  parallelFor(planes.size(), threads, [&](std::size_t i) {
-    if (!planes[i].valid || lists[i].empty()) return;
+  std::vector<std::int32_t> part_of_tile(static_cast<std::size_t>(tiles), -1);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (!planes[i].valid || lists[i].empty()) continue;
     const CoherenceTest test = fit.coherenceTest(planes[i], parts, lists[i]);
-    if (test.min_agreement > 0.0 && agreement(planes[i], parts, lists[i], columns, fit,
-                                              test.own_points_only) < test.min_agreement) {
+    if (test.min_agreement > 0.0 &&
+        agreement(planes[i], parts, lists[i], columns, fit, test.own_points_only, part_of_tile) <
+            test.min_agreement) {
       coherent[i] = 0;
     } else if (!test.may_bend &&
                fit.isBent(planes[i], bendOf(planes[i], parts, lists[i], test.axes))) {
       coherent[i] = 0;
     }
-  });
+  }
   return coherent;
 }
 

@@ -11,6 +11,39 @@ namespace {
 
 constexpr double kMinCellFraction = 0.3;  // of a cell that joins a plane as a whole
 
+constexpr int kReach = 2;  ///< cells within which planes are adjacent: one between them is an edge
+
+/// The planes that each plane is adjacent to.
+std::vector<std::vector<std::int16_t>> adjacentPlanes(const std::vector<std::int16_t>& labels,
+                                                      int columns, int rows, std::size_t planes) {
+  std::vector<std::vector<std::int16_t>> adjacent(planes);
+  std::int16_t last[2] = {-1, -1};  // borders are long
+  const auto add = [&](std::int16_t plane, std::int16_t other) {
+    std::vector<std::int16_t>& list = adjacent[static_cast<std::size_t>(plane)];
+    if (std::find(list.begin(), list.end(), other) == list.end()) list.push_back(other);
+  };
+  for (int row = 0; row < rows; ++row) {
+    const std::int16_t* line = labels.data() + static_cast<std::size_t>(row) * columns;
+    const int below = std::min(kReach, rows - 1 - row);
+    for (int column = 0; column < columns; ++column) {
+      const std::int16_t label = line[column];
+      if (label < 0) continue;
+      for (int r = 0; r <= below; ++r) {
+        const int left = r == 0 ? column + 1 : std::max(0, column - kReach);
+        for (int c = left; c <= std::min(columns - 1, column + kReach); ++c) {
+          const std::int16_t other = line[r * columns + c];
+          if (other < 0 || other == label || (label == last[0] && other == last[1])) continue;
+          last[0] = label;
+          last[1] = other;
+          add(label, other);
+          add(other, label);
+        }
+      }
+    }
+  }
+  return adjacent;
+}
+
 }  // namespace
 
 double PlaneCandidate::meanSquare(const MomentSums& other) const {
@@ -55,7 +88,7 @@ void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
   double refit_at = plane.sums[kN];
   for (std::size_t head = 0; head < cells.size(); ++head) {
     const int cell = cells[head];
-    addSums(sums, grid_[cell]);
+    addSums(sums, sumsOf(grid_, cell));
     if (refit && sums[kN] > refit_at) {
       plane.sums = sums;
       fit_.fit(plane);
@@ -72,7 +105,7 @@ void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
       if (visited_[i] == visit_ || labels[i] >= 0) continue;
       visited_[i] = visit_;
       if (!(grid_.count(next) >= kMinCellFraction * grid_.capacity)) continue;
-      if (accepts(plane, grid_[next], states_[i])) cells.push_back(next);
+      if (accepts(plane, sumsOf(grid_, next), states_[i])) cells.push_back(next);
     }
   }
 }
@@ -117,8 +150,8 @@ GrownCells CellGrower::grow(double min_points, std::vector<PlaneCandidate>& plan
 }
 
 std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
-                                          std::vector<std::vector<std::int16_t>> adjacent,
-                                          const PlaneFit& fit) {
+                                          const std::vector<std::int16_t>& labels, int columns,
+                                          int rows, const PlaneFit& fit) {
   const std::size_t count = planes.size();
   std::vector<std::int16_t> target(count);
   std::iota(target.begin(), target.end(), std::int16_t{0});
@@ -128,6 +161,7 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
     return planes[a].sums[kN] > planes[b].sums[kN] ||
            (planes[a].sums[kN] == planes[b].sums[kN] && a < b);
   });
+  std::vector<std::vector<std::int16_t>> adjacent = adjacentPlanes(labels, columns, rows, count);
   const auto touches = [&](std::size_t small, std::size_t large) {
     return std::any_of(adjacent[small].begin(), adjacent[small].end(), [&](std::int16_t other) {
       return target[static_cast<std::size_t>(other)] == static_cast<std::int16_t>(large);

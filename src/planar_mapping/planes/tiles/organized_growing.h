@@ -59,10 +59,10 @@ class CellGrower {
 
 /// Joins candidates that are one plane within the noise and what surfaces may bend: each with the
 /// larger one that it fits best. What has become part of another is no longer valid.
-/// \param adjacent candidates that touch each one
+/// \param labels candidate per cell of a grid, -1 = none
 /// \return new candidate per old one
 std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
-                                          std::vector<std::vector<std::int16_t>> adjacent,
-                                          const PlaneFit& fit);
+                                          const std::vector<std::int16_t>& labels, int columns,
+                                          int rows, const PlaneFit& fit);
 
 }  // namespace planar_mapping::detail

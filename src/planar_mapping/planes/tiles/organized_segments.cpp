@@ -3,10 +3,10 @@
 #include "planar_mapping/planes/tiles/plane_fit.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "planar_mapping/base/disjoint_parts.h"
-#include "planar_mapping/base/parallel.h"
 #include "planar_mapping/planes/plane_search.h"
 
 namespace planar_mapping::detail {
@@ -17,6 +17,12 @@ struct Patches {
   std::vector<std::int32_t> patch;       ///< of each part, within its plane, 0 = the largest
   std::vector<std::int32_t> count;       ///< per plane
   std::vector<std::int32_t> first_part;  ///< of each tile, and one past the last
+
+  std::int32_t of(const std::vector<TilePart>& parts, std::size_t tile, std::int16_t label) const {
+    std::int32_t part = first_part[tile];
+    while (parts[static_cast<std::size_t>(part)].label != label) ++part;
+    return patch[static_cast<std::size_t>(part)];
+  }
 };
 
 Patches connect(const std::vector<TilePart>& parts, const TiledCloud& cloud, std::size_t planes) {
@@ -63,44 +69,42 @@ Patches connect(const std::vector<TilePart>& parts, const TiledCloud& cloud, std
 struct Cursor {
   int* inlier = nullptr;
   std::int32_t* patch = nullptr;
-
-  void add(int index, std::int32_t of) {
-    *inlier++ = index;
-    if (patch) *patch++ = of;
-  }
 };
 
-// Row by row, so that every list is ascending: those of a row of tiles, from the cursors on.
-void listInliers(const TiledCloud& cloud, int tile_row, const std::vector<std::int16_t>& labels,
+// Row by row, so that every list is ascending.
+void listInliers(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                  const std::vector<TilePart>& parts, const Patches& patches,
                  std::vector<Cursor>& cursors) {
-  const int end = std::min(cloud.height, (tile_row + 1) * kTileSide);
-  for (int row = tile_row * kTileSide; row < end; ++row) {
-    for (int column = 0; column < cloud.width; column += kTileSide) {
-      const auto tile = static_cast<std::size_t>(tile_row * cloud.columns + column / kTileSide);
-      const auto first = static_cast<std::size_t>(patches.first_part[tile]);
-      const auto last = static_cast<std::size_t>(patches.first_part[tile + 1]);
+  for (int row = 0; row < cloud.height; ++row) {
+    const std::size_t first_tile = static_cast<std::size_t>(row / kTileSide) * cloud.columns;
+    for (int column = 0; column < cloud.width; column += kQuarterSide) {
+      const std::size_t tile = first_tile + column / kTileSide;
+      const std::int16_t* four =
+          labels.data() + tile * kTileArea + pixelInTile(row % kTileSide, column % kTileSide);
       const int index = row * cloud.width + column;
-      if (first == last) continue;
-      if (parts[first].sums[kN] == kTileArea) {
-        Cursor& cursor = cursors[static_cast<std::size_t>(parts[first].label)];
-        for (int k = 0; k < kTileSide; ++k) cursor.inlier[k] = index + k;
-        cursor.inlier += kTileSide;
+      std::uint64_t all = 0;
+      static_assert(sizeof(all) == kQuarterSide * sizeof(*four), "compared at once");
+      std::memcpy(&all, four, sizeof(all));
+      if (all == ~std::uint64_t{0}) continue;  // no plane here
+      if (all == static_cast<std::uint16_t>(four[0]) * std::uint64_t{0x0001000100010001}) {
+        Cursor& cursor = cursors[static_cast<std::size_t>(four[0])];
+        for (int k = 0; k < kQuarterSide; ++k) cursor.inlier[k] = index + k;
+        cursor.inlier += kQuarterSide;
         if (!cursor.patch) continue;
-        std::fill_n(cursor.patch, kTileSide, patches.patch[first]);
-        cursor.patch += kTileSide;
+        std::fill_n(cursor.patch, kQuarterSide, patches.of(parts, tile, four[0]));
+        cursor.patch += kQuarterSide;
         continue;
       }
-      std::size_t part = first;
-      for (int half = 0; half < kTileSide; half += kQuarterSide) {
-        const std::int16_t* four =
-            labels.data() + tile * kTileArea + pixelInTile(row % kTileSide, half);
-        for (int k = 0; k < kQuarterSide; ++k) {
-          if (four[k] < 0) continue;
-          if (parts[part].label != four[k]) part = first;
-          while (parts[part].label != four[k]) ++part;
-          cursors[static_cast<std::size_t>(four[k])].add(index + half + k, patches.patch[part]);
-        }
+      for (int i = 0; i < kQuarterSide;) {
+        const std::int16_t label = four[i];
+        const int begin = i;
+        while (i < kQuarterSide && four[i] == label) ++i;
+        if (label < 0) continue;
+        Cursor& cursor = cursors[static_cast<std::size_t>(label)];
+        for (int k = begin; k < i; ++k) *cursor.inlier++ = index + k;
+        if (!cursor.patch) continue;
+        const std::int32_t patch = patches.of(parts, tile, label);
+        for (int k = begin; k < i; ++k) *cursor.patch++ = patch;
       }
     }
   }
@@ -110,35 +114,25 @@ void listInliers(const TiledCloud& cloud, int tile_row, const std::vector<std::i
 
 void listSegments(const PointsView& points, const TiledCloud& cloud,
                   const std::vector<std::int16_t>& labels, const std::vector<TilePart>& parts,
-                  double patch_gap, int threads, const std::vector<PlaneSegment*>& segments) {
+                  double patch_gap, const std::vector<PlaneSegment*>& segments) {
   const bool by_tiles = !(patch_gap > 0.0);
   const Patches patches = connect(parts, cloud, segments.size());
-  std::vector<std::size_t> inliers(segments.size(), 0);
-  std::vector<std::vector<std::size_t>> before(static_cast<std::size_t>(cloud.rows));
-  auto part = parts.begin();
-  for (int row = 0; row < cloud.rows; ++row) {
-    before[static_cast<std::size_t>(row)] = inliers;
-    for (; part != parts.end() && part->tile < (row + 1) * cloud.columns; ++part)
-      inliers[static_cast<std::size_t>(part->label)] += static_cast<std::size_t>(part->sums[kN]);
-  }
+  std::vector<double> inliers(segments.size(), 0.0);
+  for (const TilePart& part : parts) inliers[static_cast<std::size_t>(part.label)] += part.sums[kN];
+  std::vector<Cursor> cursors(segments.size());
   for (std::size_t i = 0; i < segments.size(); ++i) {
     if (segments[i] == nullptr) continue;
     PlaneSegment& segment = *segments[i];
-    segment.inliers.resize(inliers[i]);
+    const auto number = static_cast<std::size_t>(inliers[i]);
+    segment.inliers.resize(number);
+    cursors[i].inlier = segment.inliers.data();
     if (!by_tiles) continue;
     segment.number_of_patches = patches.count[i];
-    if (segment.number_of_patches > 1) segment.patches.resize(inliers[i]);
+    if (segment.number_of_patches < 2) continue;
+    segment.patches.resize(number);
+    cursors[i].patch = segment.patches.data();
   }
-  parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
-    std::vector<Cursor> cursors(segments.size());
-    for (std::size_t i = 0; i < segments.size(); ++i) {
-      if (segments[i] == nullptr) continue;
-      cursors[i].inlier = segments[i]->inliers.data() + before[row][i];
-      if (!segments[i]->patches.empty())
-        cursors[i].patch = segments[i]->patches.data() + before[row][i];
-    }
-    listInliers(cloud, static_cast<int>(row), labels, parts, patches, cursors);
-  });
+  listInliers(cloud, labels, parts, patches, cursors);
   if (by_tiles) return;
   for (PlaneSegment* segment : segments) {
     if (segment != nullptr) findPatches(points, patch_gap, *segment);

@@ -86,27 +86,22 @@ void copyTileRow(const PointsView& points, const float* origin, int tile_row, in
   }
 }
 
-/// Marks the pixels of row \p tile_row of tiles that are not listed; the list is ascending.
-void blankOthers(const PointsView& points, const Indices& indices, int tile_row, float* tiles) {
+/// The points of row \p tile_row of tiles that are listed, ascending.
+void copyIndexed(const PointsView& points, const Indices& indices, const float* origin,
+                 int tile_row, int columns, float* tiles) {
+  std::fill_n(tiles, std::size_t{3} * kTileArea * columns, kNaN);
   const int width = static_cast<int>(points.width);
-  const int first = tile_row * kTileSide * width;
-  const int end = std::min(first + kTileSide * width, static_cast<int>(points.size));
-  const auto blank = [&](int from, int to) {
-    for (int i = from; i < to; ++i) {
-      const int row = i / width - tile_row * kTileSide;
-      const int column = i % width;
-      float* pixel = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
-                     pixelInTile(row, column % kTileSide);
-      for (int axis = 0; axis < 3; ++axis) pixel[axis * kTileArea] = kNaN;
+  const int height = static_cast<int>(points.height);
+  const int first = tile_row * kTileSide;
+  auto at = std::lower_bound(indices.begin(), indices.end(), first * width);
+  for (int row = first; row < std::min(height, first + kTileSide); ++row) {
+    for (; at != indices.end() && *at < (row + 1) * width; ++at) {
+      const int column = *at - row * width;
+      copyPixel(points[static_cast<std::size_t>(*at)], origin,
+                tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                    pixelInTile(row - first, column % kTileSide));
     }
-  };
-  int next = first;
-  for (auto at = std::lower_bound(indices.begin(), indices.end(), first);
-       at != indices.end() && *at < end; ++at) {
-    if (*at != next) blank(next, *at);
-    next = *at + 1;
   }
-  blank(next, end);
 }
 
 /// Points to disparity space, in place; what is not in front of the camera becomes NaN.
@@ -148,7 +143,7 @@ bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& o
 // Sums about the first point; a pixel counts if it is finite and carries the label (labels may be
 // null).
 PLANAR_MAPPING_INLINE void sumPixels(const float* x, const std::int16_t* labels, std::int16_t label,
-                                     int pixels, double* out) {
+                                     int pixels, double* out, std::size_t out_stride) {
   const FloatLanes zero = {};
   const FloatLanes one = zero + 1.0F;
   int first = 0;
@@ -163,7 +158,7 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const std::int16_t* labels,
   }
   while (first < pixels && !(x[first] == x[first] && (!labels || labels[first] == label))) ++first;
   if (first == pixels) {
-    for (int m = 0; m < kMoments; ++m) out[m] = 0.0;
+    for (int m = 0; m < kMoments; ++m) out[m * out_stride] = 0.0;
     return;
   }
   const float ox = x[first];
@@ -208,49 +203,62 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const std::int16_t* labels,
   const double sx = sumOf(sum_x);
   const double sy = sumOf(sum_y);
   const double sz = sumOf(sum_z);
-  out[kN] = n;
-  out[kX] = sx + n * cx;
-  out[kY] = sy + n * cy;
-  out[kZ] = sz + n * cz;
-  out[kXX] = sumOf(sum_xx) + 2.0 * cx * sx + n * cx * cx;
-  out[kXY] = sumOf(sum_xy) + cx * sy + cy * sx + n * cx * cy;
-  out[kXZ] = sumOf(sum_xz) + cx * sz + cz * sx + n * cx * cz;
-  out[kYY] = sumOf(sum_yy) + 2.0 * cy * sy + n * cy * cy;
-  out[kYZ] = sumOf(sum_yz) + cy * sz + cz * sy + n * cy * cz;
-  out[kZZ] = sumOf(sum_zz) + 2.0 * cz * sz + n * cz * cz;
+  out[kN * out_stride] = n;
+  out[kX * out_stride] = sx + n * cx;
+  out[kY * out_stride] = sy + n * cy;
+  out[kZ * out_stride] = sz + n * cz;
+  out[kXX * out_stride] = sumOf(sum_xx) + 2.0 * cx * sx + n * cx * cx;
+  out[kXY * out_stride] = sumOf(sum_xy) + cx * sy + cy * sx + n * cx * cy;
+  out[kXZ * out_stride] = sumOf(sum_xz) + cx * sz + cz * sx + n * cx * cz;
+  out[kYY * out_stride] = sumOf(sum_yy) + 2.0 * cy * sy + n * cy * cy;
+  out[kYZ * out_stride] = sumOf(sum_yz) + cy * sz + cz * sy + n * cy * cz;
+  out[kZZ * out_stride] = sumOf(sum_zz) + 2.0 * cz * sz + n * cz * cz;
 }
 
-// Of the rows from `first` on, `rows` of them, and then of 2 * radius + 1 neighbours in the sum.
 PLANAR_MAPPING_MULTIVERSION
-void sumWindows(const double* first, int rows, int columns, int radius, double* padded,
-                double* out) {
-  // padded: radius cells of zeros at both ends.
-  const int line = columns * kMoments;
-  double* sums = padded + radius * kMoments;
-  for (int k = 0; k < line; ++k) sums[k] = first[k];
-  for (int row = 1; row < rows; ++row) {
-    const double* add = first + static_cast<std::size_t>(row) * line;
-    for (int k = 0; k < line; ++k) sums[k] += add[k];
-  }
-  for (int k = 0; k < line; ++k) out[k] = padded[k];
-  for (int shift = 1; shift <= 2 * radius; ++shift) {
-    const double* add = padded + shift * kMoments;
-    for (int k = 0; k < line; ++k) out[k] += add[k];
+void sumRows(const double* in, int columns, int rows, int radius, double* out) {
+  for (int row = 0; row < rows; ++row) {
+    const int from = row - radius > 0 ? row - radius : 0;
+    const int to = row + radius < rows - 1 ? row + radius : rows - 1;
+    double* line = out + static_cast<std::size_t>(row) * columns;
+    const double* first = in + static_cast<std::size_t>(from) * columns;
+    for (int column = 0; column < columns; ++column) line[column] = first[column];
+    for (int other = from + 1; other <= to; ++other) {
+      const double* add = in + static_cast<std::size_t>(other) * columns;
+      for (int column = 0; column < columns; ++column) line[column] += add[column];
+    }
   }
 }
 
 PLANAR_MAPPING_MULTIVERSION
-void sumTiles(const float* xyz, int tiles, double* out) {
-  for (int tile = 0; tile < tiles; ++tile, xyz += 3 * kTileArea, out += kMoments)
-    sumPixels(xyz, nullptr, 0, kTileArea, out);
+void sumColumns(double* data, int columns, int rows, int radius, double* padded) {
+  // padded: columns + 2 * radius values, zero at both ends.
+  for (int row = 0; row < rows; ++row) {
+    double* line = data + static_cast<std::size_t>(row) * columns;
+    for (int column = 0; column < columns; ++column) padded[radius + column] = line[column];
+    for (int column = 0; column < columns; ++column) line[column] = padded[column];
+    for (int shift = 1; shift <= 2 * radius; ++shift) {
+      for (int column = 0; column < columns; ++column) line[column] += padded[column + shift];
+    }
+  }
+}
+
+/// Of every tile, out[moment * out_stride + tile].
+PLANAR_MAPPING_MULTIVERSION
+void sumTiles(const float* xyz, int first_tile, int last_tile, std::size_t out_stride,
+              double* out) {
+  for (int tile = first_tile; tile < last_tile; ++tile) {
+    const float* x = xyz + std::size_t{3} * kTileArea * tile;
+    sumPixels(x, nullptr, 0, kTileArea, out + tile, out_stride);
+  }
 }
 
 /// Of every quarter of a row of tiles over the pixels without a label; quarters form a grid of
-/// 2 * columns by 2 * rows cells, which are zero before; most have no such pixel.
-/// \param columns tiles in a row
+/// 2 * columns by 2 * rows cells, out[moment * out_stride + cell], which is zero before; most have
+/// no such pixel. \param columns tiles in a row
 PLANAR_MAPPING_MULTIVERSION
 void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int row,
-                     double* out) {
+                     std::size_t out_stride, double* out) {
   for (int column = 0; column < columns; ++column) {
     const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
     const float* x = xyz + 3 * kTileArea * tile;
@@ -262,7 +270,7 @@ void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, 
       ShortLanes held;
       std::memcpy(&held, tile_labels + at, sizeof(held));
       if (smallestOf(held) >= 0) continue;
-      sumPixels(x + at, tile_labels + at, -1, kQuarterArea, out + cell * kMoments);
+      sumPixels(x + at, tile_labels + at, -1, kQuarterArea, out + cell, out_stride);
     }
   }
 }
@@ -287,8 +295,11 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
   const auto factor = static_cast<float>(camera ? camera->baseline * camera->focal_length : 0.0);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     float* tiles = cloud.xyz.get() + std::size_t{3} * kTileArea * cloud.columns * row;
-    copyTileRow(points, origin, static_cast<int>(row), cloud.columns, tiles);
-    if (indices) blankOthers(points, *indices, static_cast<int>(row), tiles);
+    if (indices) {
+      copyIndexed(points, *indices, origin, static_cast<int>(row), cloud.columns, tiles);
+    } else {
+      copyTileRow(points, origin, static_cast<int>(row), cloud.columns, tiles);
+    }
     if (camera) toDisparities(focal, factor, cloud.columns, tiles);
   });
   return cloud;
@@ -297,20 +308,27 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
 PLANAR_MAPPING_MULTIVERSION
 void sumLabelledPixels(const float* x, const std::int16_t* labels, std::int16_t label,
                        double* out) {
-  sumPixels(x, labels, label, kTileArea, out);
+  sumPixels(x, labels, label, kTileArea, out, 1);
 }
 
 PLANAR_MAPPING_MULTIVERSION
-void sumQuarters(const float* x, double* out) {
-  for (int quarter = 0; quarter < 4; ++quarter)
-    sumPixels(x + quarter * kQuarterArea, nullptr, 0, kQuarterArea, out + quarter * kMoments);
+void sumQuarters(const float* xyz, int columns, double* out) {
+  for (int column = 0; column < columns; ++column) {
+    const float* x = xyz + std::size_t{3} * kTileArea * column;
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const std::size_t cell = static_cast<std::size_t>(quarter / 2 * columns + column) * 2;
+      const float* at = x + quarter * kQuarterArea;
+      sumPixels(at, nullptr, 0, kQuarterArea, out + (cell + quarter % 2) * kMoments, 1);
+    }
+  }
 }
 
 CellGrid tileGrid(const TiledCloud& cloud, int threads) {
   CellGrid grid(cloud.columns, cloud.rows, kTileArea);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row) * cloud.columns;
-    if (cloud.columns > 0) sumTiles(cloud.x(first), cloud.columns, grid[first].data());
+    sumTiles(cloud.xyz.get(), first, first + cloud.columns, static_cast<std::size_t>(grid.cells()),
+             grid.sums.data());
   });
   return grid;
 }
@@ -318,25 +336,21 @@ CellGrid tileGrid(const TiledCloud& cloud, int threads) {
 CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                          int threads) {
   CellGrid grid(2 * cloud.columns, 2 * cloud.rows, kQuarterArea);
+  std::fill(grid.sums.begin(), grid.sums.end(), 0.0);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
-    std::fill_n(grid.sums.begin() + static_cast<std::ptrdiff_t>(2 * row) * grid.columns,
-                2 * grid.columns, MomentSums{});
     sumFreeQuarters(cloud.xyz.get(), labels.data(), cloud.columns, static_cast<int>(row),
-                    grid.sums.data()->data());
+                    static_cast<std::size_t>(grid.cells()), grid.sums.data());
   });
   return grid;
 }
 
-CellSums windowSums(const CellGrid& grid, int radius, int threads) {
-  CellSums windows(grid.sums.size());
-  parallelFor(static_cast<std::size_t>(grid.rows), threads, [&](std::size_t at) {
-    const int row = static_cast<int>(at);
-    const int top = std::max(0, row - radius);
-    const int rows = std::min(grid.rows - 1, row + radius) - top + 1;
-    std::vector<double> padded(static_cast<std::size_t>(grid.columns + 2 * radius) * kMoments, 0.0);
-    sumWindows(grid[top * grid.columns].data(), rows, grid.columns, radius, padded.data(),
-               windows[at * static_cast<std::size_t>(grid.columns)].data());
-  });
+CellGrid windowSums(const CellGrid& grid, int radius, int moments) {
+  CellGrid windows(grid.columns, grid.rows, grid.capacity * (2 * radius + 1) * (2 * radius + 1));
+  std::vector<double> padded(static_cast<std::size_t>(grid.columns + 2 * radius), 0.0);
+  for (int m = 0; m < moments; ++m) {
+    sumRows(grid.moment(m), grid.columns, grid.rows, radius, windows.moment(m));
+    sumColumns(windows.moment(m), grid.columns, grid.rows, radius, padded.data());
+  }
   return windows;
 }
 
@@ -347,14 +361,19 @@ MomentSums sumWindow(const CellGrid& grid, int cell, int radius) {
   const int left = std::max(0, column - radius);
   const int rows = std::min(grid.rows - 1, row + radius) - top + 1;
   const int columns = std::min(grid.columns - 1, column + radius) - left + 1;
-  const int first = top * grid.columns + left;
-  MomentSums window = {};
-  for (int c = 0; c < columns; ++c) {
-    MomentSums sum = grid[first + c];
-    for (int r = 1; r < rows; ++r) addSums(sum, grid[first + c + r * grid.columns]);
-    addSums(window, sum);
+  const std::size_t first = static_cast<std::size_t>(top) * grid.columns + left;
+  MomentSums sums;
+  for (int m = 0; m < kMoments; ++m) {
+    const double* line = grid.moment(m) + first;
+    double window = 0.0;
+    for (int c = 0; c < columns; ++c) {
+      double sum = line[c];
+      for (int r = 1; r < rows; ++r) sum += line[r * grid.columns + c];
+      window += sum;
+    }
+    sums[static_cast<std::size_t>(m)] = window;
   }
-  return window;
+  return sums;
 }
 
 }  // namespace planar_mapping::detail

@@ -66,8 +66,8 @@ using MomentSums = std::array<double, kMoments>;
 
 // Sums of the points of tiled clouds; \p xyz is TiledCloud::xyz, \p x that of one tile.
 
-/// Of all pixels of each quarter of a tile.
-void sumQuarters(const float* x, double* out);
+/// Of all pixels of every quarter in a row of tiles, two rows of 2 * columns cells.
+void sumQuarters(const float* xyz, int columns, double* out);
 
 /// Of the pixels of a tile that carry \p label; \p labels are those of the tile.
 void sumLabelledPixels(const float* x, const std::int16_t* labels, std::int16_t label, double* out);
@@ -90,28 +90,24 @@ struct Unset : std::allocator<T> {
   }
 };
 
-using CellSums = std::vector<MomentSums, Unset<MomentSums>>;
-
 /// A grid of cells, each the sums of its points, about the origin of the tiled cloud.
 struct CellGrid {
   int columns;
   int rows;
-  int capacity;   ///< points of a full cell
-  CellSums sums;  ///< row by row; not set at first
+  int capacity;                             ///< points of a full cell
+  std::vector<double, Unset<double>> sums;  ///< moment * cells + cell; not set at first
 
   CellGrid(int columns_, int rows_, int capacity_)
       : columns(columns_),
         rows(rows_),
         capacity(capacity_),
-        sums(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
+        sums(static_cast<std::size_t>(kMoments) * cells()) {}
   int cells() const { return columns * rows; }
-  MomentSums& operator[](int cell) { return sums[static_cast<std::size_t>(cell)]; }
-  const MomentSums& operator[](int cell) const { return sums[static_cast<std::size_t>(cell)]; }
-  double count(int cell) const { return (*this)[cell][kN]; }
-  double points() const {
-    double all = 0.0;
-    for (const MomentSums& cell : sums) all += cell[kN];
-    return all;
+  const double* moment(int m) const { return sums.data() + static_cast<std::size_t>(m) * cells(); }
+  double* moment(int m) { return sums.data() + static_cast<std::size_t>(m) * cells(); }
+  double count(int cell) const { return sums[static_cast<std::size_t>(cell)]; }
+  void set(std::size_t cell, const MomentSums& to) {
+    for (int m = 0; m < kMoments; ++m) moment(m)[cell] = to[static_cast<std::size_t>(m)];
   }
 };
 
@@ -119,8 +115,8 @@ CellGrid tileGrid(const TiledCloud& cloud, int threads);
 CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                          int threads);
 
-/// Sums over the (2 radius + 1)^2 cells around each cell.
-CellSums windowSums(const CellGrid& grid, int radius, int threads);
+/// Sums over the (2 radius + 1)^2 cells around each cell, of the first moments.
+CellGrid windowSums(const CellGrid& grid, int radius, int moments = kMoments);
 
 /// Sums over the (2 radius + 1)^2 cells around one cell.
 MomentSums sumWindow(const CellGrid& grid, int cell, int radius);
@@ -128,8 +124,17 @@ MomentSums sumWindow(const CellGrid& grid, int cell, int radius);
 inline void addSums(MomentSums& sums, const MomentSums& other) {
   for (std::size_t m = 0; m < kMoments; ++m) sums[m] += other[m];
 }
+inline MomentSums sumsOf(const CellGrid& grid, int cell) {
+  MomentSums sums;
+  for (int m = 0; m < kMoments; ++m) sums[static_cast<std::size_t>(m)] = grid.moment(m)[cell];
+  return sums;
+}
 inline Vector3 meanOf(const MomentSums& sums) {
   return Vector3(sums[kX], sums[kY], sums[kZ]) / sums[kN];
+}
+inline Vector3 meanOf(const CellGrid& grid, int cell) {
+  return Vector3(grid.moment(kX)[cell], grid.moment(kY)[cell], grid.moment(kZ)[cell]) /
+         grid.count(cell);
 }
 
 }  // namespace planar_mapping::detail

@@ -16,13 +16,11 @@ struct SearchParams {
   explicit SearchParams(const MultiPlaneParams& params)
       : distance_threshold(params.distance_threshold),
         max_normal_deviation(params.max_normal_deviation),
-        noise_factor(params.noise_factor),
-        threads(params.threads) {}
+        noise_factor(params.noise_factor) {}
 
   double distance_threshold;    ///< d_T, metres
   double max_normal_deviation;  ///< radians
   double noise_factor;          ///< k of d_T(z) = max(d_T, k sigma(z))
-  int threads;
   /// Fraction of d_T by which the mean of a cell may lie off the plane it joins: real surfaces are
   /// flat to a part of d_T only.
   double growing_fraction = 0.4;
@@ -125,7 +123,7 @@ class PlaneFit {
                                       const std::vector<TilePart>& parts,
                                       const PartList& list) const = 0;
   /// Which of the windows, each the sums of points of the plane, lie as the plane does.
-  virtual std::vector<char> agree(const PlaneCandidate& plane, const CellSums& windows) const = 0;
+  virtual std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const = 0;
   virtual bool isBent(const PlaneCandidate& plane, const Bend& bend) const = 0;
 };
 
@@ -135,8 +133,8 @@ class PlaneFit {
 /// \param parts ascending by tile
 /// \return true per plane that is one
 std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,
-                                 const std::vector<TilePart>& parts, int columns,
-                                 const PlaneFit& fit, int threads);
+                                 const std::vector<TilePart>& parts, int columns, int tiles,
+                                 const PlaneFit& fit);
 
 /// Fits a quadratic surface to the means of the parts; zero where they are too few.
 /// \param axes of the places of the parts
@@ -148,6 +146,6 @@ Bend bendOf(const PlaneCandidate& plane, const std::vector<TilePart>& parts, con
 /// \param patch_gap metres that separate patches; 0 = patches are connected over adjacent tiles
 void listSegments(const PointsView& points, const TiledCloud& cloud,
                   const std::vector<std::int16_t>& labels, const std::vector<TilePart>& parts,
-                  double patch_gap, int threads, const std::vector<PlaneSegment*>& segments);
+                  double patch_gap, const std::vector<PlaneSegment*>& segments);
 
 }  // namespace planar_mapping::detail
