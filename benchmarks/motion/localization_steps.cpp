@@ -139,11 +139,8 @@ Locate byImages(const io::Calibration& calibration) {
 
 /// \param first  sets the cells, as a run does
 Locate byClouds(const Input& first, bool is_camera) {
-  SurfaceMapParams params = is_camera ? SurfaceMapParams() : SurfaceMapParams::ofScanner();
-  const double times = surfaceCellFor(cloudOf(first), params) / params.cell;
-  params.cell *= times;
-  params.reach *= times;
-  const auto locator = std::make_shared<detail::CloudLocator>(params);
+  const auto locator = std::make_shared<detail::CloudLocator>(surfaceParamsFor(
+      cloudOf(first), is_camera ? SurfaceMapParams() : SurfaceMapParams::ofScanner()));
   return [locator, is_camera](const Input& input) {
     return locator->locate(cloudOf(input), is_camera, std::nullopt, Matrix6::Zero(),
                            []() { return Pose(Pose::Identity()); });

@@ -58,13 +58,10 @@ void CloudPlaces::add(const SeenCloud& cloud) {
   clouds_.push_back(std::move(kept));
 }
 
-SurfaceMap CloudPlaces::mapOf(std::int64_t submap, SurfaceMapParams params) const {
+SurfaceMap CloudPlaces::mapOf(std::int64_t submap, const SurfaceMapParams& params) const {
   const auto is_in = [&](const Kept& cloud) { return cloud.submap == submap; };
   const auto first = std::find_if(clouds_.begin(), clouds_.end(), is_in);
-  const double times = surfaceCellFor(viewOf(first->xyz), params) / params.cell;
-  params.cell *= times;
-  params.reach *= times;
-  SurfaceMap map(params);
+  SurfaceMap map(surfaceParamsFor(viewOf(first->xyz), params));
   for (const Kept& cloud : clouds_)
     if (is_in(cloud)) map.insert(viewOf(cloud.xyz), cloud.T_submap_sensor);
   return map;

@@ -42,7 +42,7 @@ class CloudPlaces {
     std::vector<float> xyz;
     Vector3 middle = Vector3::Zero();  ///< of its points, submap's frame
   };
-  SurfaceMap mapOf(std::int64_t submap, SurfaceMapParams params) const;
+  SurfaceMap mapOf(std::int64_t submap, const SurfaceMapParams& params) const;
 
   std::vector<Kept> clouds_;
 };

@@ -26,10 +26,14 @@ void removeAtlas(const std::string& path) {
     std::filesystem::remove(path + suffix, ignored);
 }
 
-/// Whether the last session of the file is this one, and was interrupted.
-bool isOpen(AtlasStore& file, const AtlasSession& session, const AtlasData& outline) {
-  return file.isLastSessionOpen() && outline.sessions.back().source == session.source &&
-         outline.sessions.back().configuration == session.configuration;
+/// The outline of a file whose last session is this one, and was interrupted; nothing of another.
+std::optional<AtlasData> interrupted(AtlasStore& file, const AtlasSession& session) {
+  if (!file.isLastSessionOpen()) return std::nullopt;
+  AtlasData outline = file.load(1, AtlasContent::Outline);
+  const AtlasSession& last = outline.sessions.back();
+  if (last.source != session.source || last.configuration != session.configuration)
+    return std::nullopt;
+  return outline;
 }
 
 AtlasSession sessionOf(const Configuration& configuration, const std::vector<std::string>& inputs) {
@@ -54,10 +58,11 @@ struct RunAtlas::Store {
 };
 
 std::optional<AtlasData> RunAtlas::Store::resume(const AtlasSession& session, int threads) {
-  const AtlasData all = file->load(threads, AtlasContent::Outline);
-  if (!isOpen(*file, session, all)) return std::nullopt;
-  for (const Submap& submap : all.submaps)
-    if (submap.session == all.sessions.back().id) frames += file->map(submap.id, threads)->frames();
+  const std::optional<AtlasData> all = interrupted(*file, session);
+  if (!all) return std::nullopt;
+  for (const Submap& submap : all->submaps)
+    if (submap.session == all->sessions.back().id)
+      frames += file->map(submap.id, threads)->frames();
   how = Append::InPlaceOfLastSession;
   return file->loadWithoutLastSession(threads);
 }
@@ -68,8 +73,7 @@ bool RunAtlas::wasInterrupted(const std::string& path,
                               const std::vector<std::string>& inputs) const {
   try {
     AtlasStore file = AtlasStore::open(path);
-    return isOpen(file, sessionOf(pipeline_.configuration(), inputs),
-                  file.load(1, AtlasContent::Outline));
+    return interrupted(file, sessionOf(pipeline_.configuration(), inputs)).has_value();
   } catch (const Error&) {  // there is none
     return false;
   }

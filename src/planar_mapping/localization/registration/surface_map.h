@@ -45,6 +45,9 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
 /// is near. O(points looked at).
 PLANAR_MAPPING_EXPORT double surfaceCellFor(const PointsView& cloud,
                                             const SurfaceMapParams& params);
+/// \p params with that side, and a reach that grows with it.
+PLANAR_MAPPING_EXPORT SurfaceMapParams surfaceParamsFor(const PointsView& cloud,
+                                                        SurfaceMapParams params);
 
 /// Where a cloud lies on a SurfaceMap.
 struct CloudRegistration {

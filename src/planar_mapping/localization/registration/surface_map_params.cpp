@@ -56,4 +56,11 @@ double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
   return times * params.cell;
 }
 
+SurfaceMapParams surfaceParamsFor(const PointsView& cloud, SurfaceMapParams params) {
+  const double times = surfaceCellFor(cloud, params) / params.cell;
+  params.cell *= times;
+  params.reach *= times;
+  return params;
+}
+
 }  // namespace planar_mapping
