@@ -35,10 +35,10 @@ void SurfaceMapParams::validate() const {
 
 double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
   constexpr double kEnough = 0.55;
-  constexpr double kLargest = 16.0;
+  constexpr int kDoublings = 4;
   params.validate();
   double times = 1.0;
-  for (; times < kLargest; times *= 2.0) {
+  for (int doublings = 0; doublings < kDoublings; ++doublings) {
     detail::SurfaceCells cells(times * params.cell);
     detail::forSample(cloud, params, [&](const Vector3& p, double error) {
       cells.add(p, Vector3::Zero(), error, 0);
@@ -52,6 +52,7 @@ double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
       planar += cells.hasPlaneAt(p) ? weight : 0.0;
     });
     if (all > 0.0 && planar >= kEnough * all) break;
+    times *= 2.0;
   }
   return times * params.cell;
 }
