@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/localization/registration/surface_map.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <deque>
-#include <iterator>
 
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 #include "planar_mapping/localization/registration/seen_through.h"
@@ -19,6 +17,8 @@ namespace {
 
 /// 65 kB each.
 constexpr std::size_t kMaxViews = 32;
+constexpr double kSecondBest = 0.9;     // of the best place's worth, which is no more certain then
+constexpr double kContradiction = 5.0;  // a plane seen through costs as much as so many that fit
 
 }  // namespace
 
@@ -83,9 +83,8 @@ class SurfaceMap::Implementation {
   CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
                               const CloudRegistration& near, int lost) const {
     if (isScanner()) return locateScan(cloud, guess, near, lost);
-    constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
-    constexpr double kBetter = 1.1;      // times the fit at the place next to the guess
-    constexpr double kAsGood = 0.9;      // likewise, for what is that place
+    constexpr double kBetter = 1.1;  // times the fit at the place next to the guess
+    constexpr double kAsGood = 0.9;  // likewise, for what is that place
     std::vector<CloudRegistration> found;
     if (params_.search_reach > 0.0) {
       const detail::CloudShape shape = detail::shapeOf(cloud, params_);
@@ -98,7 +97,7 @@ class SurfaceMap::Implementation {
     // Rays may contradict the place next to the guess because depths are noisy: a camera is not
     // placed elsewhere unless its cloud fits better there.
     const double needed = isSamePlace(best, near) ? kAsGood : kBetter;
-    if (best.fraction < needed * near.fraction || hasRival(best, found, kSecondBest)) return {};
+    if (best.fraction < needed * near.fraction || hasRival(best, found)) return {};
     return best;
   }
 
@@ -108,55 +107,37 @@ class SurfaceMap::Implementation {
  private:
   bool isScanner() const { return params_.optical_axis.isZero(); }
 
-  /// Rays of a scan contradict less by chance than those of a camera, whose depths are noisy.
-  double worth(const CloudRegistration& r) const {
-    const double contradiction = isScanner() ? 5.0 : 2.0;
-    return r.fraction - contradiction * r.seen_through;
+  static double worth(const CloudRegistration& r) {
+    return r.fraction - kContradiction * r.seen_through;
   }
 
   /// The first of those of most worth; not found where there is none.
-  CloudRegistration bestOf(const std::vector<CloudRegistration>& found) const {
+  static CloudRegistration bestOf(const std::vector<CloudRegistration>& found) {
     const auto best =
         std::max_element(found.begin(), found.end(),
-                         [&](const auto& a, const auto& b) { return worth(a) < worth(b); });
+                         [](const auto& a, const auto& b) { return worth(a) < worth(b); });
     return best == found.end() ? CloudRegistration() : *best;
   }
 
-  /// Is the cloud worth this fraction as much in another place?
-  bool hasRival(const CloudRegistration& best, const std::vector<CloudRegistration>& found,
-                double fraction) const {
+  /// Is the cloud worth nearly as much in another place?
+  bool hasRival(const CloudRegistration& best, const std::vector<CloudRegistration>& found) const {
     return std::any_of(found.begin(), found.end(), [&](const CloudRegistration& other) {
-      return worth(other) > fraction * worth(best) && !isSamePlace(best, other);
+      return worth(other) > kSecondBest * worth(best) && !isSamePlace(best, other);
     });
   }
 
-  /// A scan slides along walls as far as a cloud is drawn, and a hall looks alike from its other
-  /// end: so it is begun with elsewhere along what holds it least, too. What fits in several places
-  /// fits nowhere.
+  /// A hall looks alike from its other end: what fits in several places fits nowhere.
   CloudRegistration locateScan(const PointsView& cloud, const Pose& guess,
                                const CloudRegistration& near, int lost) const {
     if (!(params_.search_reach > 0.0)) return near;
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
-    const detail::SeenRanges seen(cloud, params_);
-    std::vector<CloudRegistration> places = {near};
-    const auto add = [&places](const std::vector<CloudRegistration>& more) {
-      places.insert(places.end(), more.begin(), more.end());
-    };
-    add(lookAround(shape, seen, guess, lost));
-    add(lookAlong(shape, seen, near, lost));
-    return onlyPlace(places, near);
-  }
-
-  /// The best place of a scan, if it is clearly better than others.
-  CloudRegistration onlyPlace(const std::vector<CloudRegistration>& places,
-                              const CloudRegistration& near) const {
-    constexpr double kSecondBest = 0.7;  // of the best one's worth
     std::vector<CloudRegistration> found;
-    std::copy_if(places.begin(), places.end(), std::back_inserter(found),
-                 [](const CloudRegistration& place) { return place.found; });
+    if (near.found) found.push_back(near);
+    for (const CloudRegistration& place :
+         lookAround(shape, detail::SeenRanges(cloud, params_), guess, lost))
+      if (place.found) found.push_back(place);
     const CloudRegistration best = bestOf(found);
-    if (!best.found || worth(best) < params_.min_fraction || hasRival(best, found, kSecondBest))
-      return {};
+    if (!best.found || worth(best) < params_.min_fraction || hasRival(best, found)) return {};
     if (near.found && isSamePlace(best, near)) return near;
     return best.known ? best : CloudRegistration();
   }
@@ -231,25 +212,6 @@ class SurfaceMap::Implementation {
     return result;
   }
 
-  /// Farther away along what holds the cloud least.
-  std::vector<CloudRegistration> lookAlong(const detail::CloudShape& shape,
-                                           const detail::SeenRanges& seen,
-                                           const CloudRegistration& near, int lost) const {
-    if (near.matched == 0) return {};
-    const Vector3 place = near.T_world_sensor.translation();
-    const detail::MappedSurfaces map = this->near(place, rangeOf(shape) + params_.reach);
-    const detail::SurfaceRegistration registration(params_, shape, map);
-    const Eigen::SelfAdjointEigenSolver<Matrix3> solver(near.covariance.topLeftCorner<3, 3>());
-    std::vector<CloudRegistration> found;
-    for (const double shift : {-1.0, -0.5, 0.5, 1.0}) {  // times the reach
-      Pose start = near.T_world_sensor;
-      start.translate(shift * params_.reach * solver.eigenvectors().col(2));
-      found.push_back(
-          verified(registration.resultOf(registration.settle(start.inverse())), shape, seen, lost));
-    }
-    return found;
-  }
-
   /// Far from the guess, the best place first.
   std::vector<CloudRegistration> lookAround(const detail::CloudShape& shape,
                                             const detail::SeenRanges& seen, const Pose& guess,
@@ -276,9 +238,8 @@ class SurfaceMap::Implementation {
 
   bool isSamePlace(const CloudRegistration& a, const CloudRegistration& b) const {
     constexpr double kSameTurn = 0.1;  // radians
-    const double same = isScanner() ? params_.cell : params_.reach;
     const Vector6 apart = motionDifference(a.T_world_sensor, b.T_world_sensor);
-    return apart.head<3>().norm() < same && apart.tail<3>().norm() < kSameTurn;
+    return apart.head<3>().norm() < params_.reach && apart.tail<3>().norm() < kSameTurn;
   }
 
   /// Where a cloud was seen from, and how far.

@@ -26,7 +26,6 @@ constexpr double kConfirmedFraction = 0.5;
 constexpr double kSameRotation = 0.02;  // radians: two searches that ended there agree
 // So many times more than errors of normals tell is meant: those of rings all lean alike.
 constexpr double kTimesNoise = 2.0;
-constexpr double kTimesNoiseAllAround = 3.0;
 
 Matrix6 weakInformation() {
   Vector6 information;
@@ -38,14 +37,14 @@ Matrix6 weakInformation() {
 /// Without the directions that only the errors of the planes' normals seem to
 /// hold: a bare floor does not keep the camera from sliding. \param noise  what
 /// such errors would tell
-Matrix6 meaningful(const Matrix6& information, const Matrix6& noise, double times_noise) {
+Matrix6 meaningful(const Matrix6& information, const Matrix6& noise) {
   const Eigen::LLT<Matrix6> factor(noise + weakInformation());
   const Matrix6 half = factor.matrixL().solve(information);
   const Eigen::Matrix<double, 6, 6> whitened = factor.matrixL().solve(Matrix6(half.transpose()));
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(whitened);
   Vector6 ratios = solver.eigenvalues();
   for (int i = 0; i < 6; ++i) {
-    if (ratios[i] < times_noise) ratios[i] = 0.0;
+    if (ratios[i] < kTimesNoise) ratios[i] = 0.0;
   }
   const Matrix6 vectors = factor.matrixL() * Matrix6(solver.eigenvectors());
   return vectors * ratios.asDiagonal() * vectors.transpose();
@@ -159,10 +158,7 @@ CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& can
   if (result.matched < kMinPlanes) return result;
   const auto matched = static_cast<double>(result.matched);
   const double ratio = candidate.at_end.squared_error / matched;
-  // All around there is much that fits anywhere, as the floor does.
-  const bool is_partial = !params_.optical_axis.isZero();
-  const Matrix6 information = meaningful(candidate.at_end.hessian, candidate.at_end.noise,
-                                         is_partial ? kTimesNoise : kTimesNoiseAllAround) /
+  const Matrix6 information = meaningful(candidate.at_end.hessian, candidate.at_end.noise) /
                                   (kCorrelatedPlanes * std::max(1.0, ratio)) +
                               weakInformation();
   const Matrix6 covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());
@@ -171,9 +167,9 @@ CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& can
   result.T_world_sensor = candidate.T_sensor_world.inverse();
   const auto planes = static_cast<double>(result.planes);
   result.fraction = candidate.at_end.balanced / planes;
-  // Of scans each direction has to fit.
+  // Of scans each direction has to fit: all around there is much that fits anywhere, as the floor.
   result.found = matched >= params_.min_fraction * planes &&
-                 (is_partial || result.fraction >= params_.min_fraction);
+                 (!params_.optical_axis.isZero() || result.fraction >= params_.min_fraction);
   return result;
 }
 

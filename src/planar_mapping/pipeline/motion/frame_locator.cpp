@@ -63,25 +63,14 @@ Localization CloudLocator::locate(const PointsView& cloud, bool is_partial,
 CloudRegistration CloudLocator::placeIn(const Track& track, const PointsView& cloud,
                                         bool is_partial, int lost) {
   constexpr double kLittle = 0.5;  // of a view: it may lie better a little farther
-  constexpr int kFewLost = 1;      // clouds: then a camera sees what it saw before them
-  constexpr int kManyLost = 5;     // clouds: then nobody knows where what spins has gone
-  constexpr double kStep = 1.0;    // metres: how far depth alone may place a cloud from where it is
-  constexpr double kTurn = M_PI / 3.0;  // expected, and radians
-  if (lost > (is_partial ? kFewLost : kManyLost)) return {};
+  constexpr int kMostLost = 1;     // clouds: then what was seen before them is seen again
+  if (lost > kMostLost) return {};
   const Pose expected =
       is_partial ? track.T_track_sensor : track.T_track_sensor * track.T_before_now;
   CloudRegistration found = track.map.locateNear(cloud, expected, lost);
   const bool is_doubtful =
       is_partial ? found.fraction < kLittle : !isNear(expected, found.T_world_sensor, 0.3, 0.2);
-  const bool is_free = !is_partial && lost <= kFewLost;  // to be anywhere
-  if (!found.found) {
-    found = track.map.locate(cloud, expected, lost);
-    found.found = found.found && (is_free || isNear(expected, found.T_world_sensor, kStep, kTurn));
-  } else if (is_doubtful) {
-    found = track.map.locateFar(cloud, expected, found, lost);
-    found.found =
-        found.found && (lost <= kFewLost || isNear(expected, found.T_world_sensor, kStep, kTurn));
-  }
+  if (!found.found || is_doubtful) found = track.map.locateFar(cloud, expected, found, lost);
   found.found = found.found && MotionParams().isCertain(found.covariance);
   return found;
 }
