@@ -11,6 +11,7 @@
 
 #include "../unit/atlas/atlas_scene.h"
 #include "planar_mapping/atlas/atlas_store.h"
+#include "real_data.h"
 #include "simulated_rgbd.h"
 
 namespace planar_mapping {
@@ -83,6 +84,22 @@ TEST_F(AtlasRuns, ARunMakesAnAtlas) {
   const std::string rows = read("out/frames.csv");
   EXPECT_NE(std::string::npos, rows.find(",submap,component\n")) << rows;
   EXPECT_EQ(",4,0\n", rows.substr(rows.size() - 5)) << rows;
+}
+
+TEST_F(AtlasRuns, AnOfficeTakesThirtyKilobytesAKeyframeMapsIncluded) {
+  constexpr std::size_t kMost = 30000;
+  const std::string office = "rgbd_replica_office";
+  if (test::isMissing(office)) GTEST_SKIP() << office << " is not beside the sources";
+  expectExit(0, planarMap({"run", config("rgbd_indoor.yaml"), "-i", test::realData(office), "-o",
+                           directory_ / "out", "-q", "--set", "motion_estimation.poses=ignore"}));
+  const AtlasData data = loadAtlas(directory_ / "out/map.atlas");
+  ASSERT_GE(data.keyframes.size(), 10U);
+  for (const Keyframe& keyframe : data.keyframes) {
+    EXPECT_LE(keyframe.sightings.size() * sizeof(FeatureSighting) + keyframe.descriptors.size() +
+                  2 * keyframe.inverse_depths.size() + keyframe.thumbnail.size(),
+              kMost);
+  }
+  EXPECT_LE(read("out/map.atlas").size(), kMost * data.keyframes.size());
 }
 
 /// How many planes of at least 0.6 m2 face a direction to within 15 degrees, of a map.json.
