@@ -77,7 +77,10 @@ double chooseRadius(const SparsePoints& points) {
   std::vector<float> radii;
   const std::size_t step = std::max<std::size_t>(1, n / kProbes);
   for (std::size_t i = step / 2; i < n; i += step) radii.push_back(squaredRank(points, i));
-  return std::sqrt(static_cast<double>(ranked(radii, radii.size() / 2)));
+  // Distances beyond 1e19 m have no square.
+  const float squared =
+      std::min(ranked(radii, radii.size() / 2), std::numeric_limits<float>::max());
+  return std::sqrt(double{squared});
 }
 
 void findNeighbours(SparsePoints& points) {

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <cfloat>
+#include <cmath>
+#include <vector>
+
 #include "planar_mapping/planes/multi_plane.h"
 #include "plane_scenes.h"
 
@@ -96,6 +100,19 @@ TEST(MultiRansac, StopsAtMaxIterations) {
   const PlaneSet set = findPlanes(scene.view(), nullptr, params);
   EXPECT_FALSE(set.diagnostics.stopped_by_itself);
   EXPECT_LT(set.diagnostics.hypotheses, 200u);
+}
+
+// Their distances have no squares, and the differences of some are no numbers: sanitizers see more.
+TEST(MultiRansac, CoordinatesAtTheEndsOfFloatsAreTaken) {
+  std::vector<float> xyz;
+  for (int i = 0; i < 40; ++i) {
+    const float far = i % 2 == 0 ? FLT_MAX : -FLT_MAX;
+    xyz.insert(xyz.end(), {0.05F * static_cast<float>(i - 20) * FLT_MAX, far, far});
+  }
+  const PlaneSet set = findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, featureParams());
+  EXPECT_EQ(40U, set.diagnostics.points_considered);
+  for (const PlaneSegment& segment : set.planes)
+    EXPECT_TRUE(segment.plane.normal.allFinite() && std::isfinite(segment.plane.offset));
 }
 
 }  // namespace
