@@ -28,7 +28,7 @@ for name in "${names[@]}"; do
   executions=0; edges=0
   end=$((SECONDS + seconds))
   while [[ $SECONDS -lt $end ]]; do  # a finding ends the program
-    "build-fuzz/tests/bin/fuzz_$name" "$grown" "${inputs[@]}" -max_total_time=$((end - SECONDS)) \
+    "build-fuzz/tests/bin/fuzz_$name" "$grown" "${inputs[@]}" -max_total_time=$((end - SECONDS)) -entropic=0 \
       -timeout=60 -report_slow_units=60 -rss_limit_mb=3000 -print_final_stats=1 -artifact_prefix="build-fuzz/findings/$name-" \
       >"$log" 2>&1 || true
     executions=$((executions + $(awk '/number_of_executed_units/ { print $2 }' "$log") + 0))
