@@ -93,7 +93,7 @@ class SurfaceMap::Implementation {
         if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
     }
     if (near.found) found.push_back(near);
-    const CloudRegistration best = bestOf(found);
+    CloudRegistration best = bestOf(found);
     // Rays may contradict the place next to the guess because depths are noisy: a camera is not
     // placed elsewhere unless its cloud fits better there.
     const double needed = isSamePlace(best, near) ? kAsGood : kBetter;
@@ -284,9 +284,9 @@ void SurfaceMap::insert(const PointsView& cloud, const Pose& T_world_sensor) {
 }
 
 CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess, int lost) const {
-  const CloudRegistration near = locateNear(cloud, guess, lost);
+  CloudRegistration near = locateNear(cloud, guess, lost);
   if (near.found) return near;
-  const CloudRegistration far = locateFar(cloud, guess, near, lost);
+  CloudRegistration far = locateFar(cloud, guess, near, lost);
   return far.found ? far : near;
 }
 

@@ -190,7 +190,8 @@ bool SurfaceRegistration::approach(Pose& pose) const {
   constexpr std::size_t kMaxPlanes = 400;
   const double min_cosine = std::cos(kMaxNormalAngle);
   const std::size_t stride = shape_.coarse.planes.size() / kMaxPlanes + 1;
-  for (double reach = params_.reach; reach > 2.0 * params_.cell; reach *= kShrink) {
+  double reach = params_.reach;
+  while (reach > 2.0 * params_.cell) {
     const Pose T_world_sensor = pose.inverse();
     const double soft = kSoftness * reach;
     const auto weightOf = [soft](double variance, double squared) {
@@ -216,6 +217,7 @@ bool SurfaceRegistration::approach(Pose& pose) const {
       addEdge(T_world_sensor, edge, *target, weightOf, sum);
     }
     if (!improve(sum, pose, nullptr)) return false;
+    reach *= kShrink;
   }
   return true;
 }

@@ -50,7 +50,7 @@ Localization CloudLocator::locate(const PointsView& cloud, bool is_partial,
   result.submap = tracks_.size();
   result.begins_submap = true;
   result.T_submap_camera = start();
-  Track& track = tracks_.emplace(result.submap, Track{SurfaceMap(params_)}).first->second;
+  Track& track = tracks_.try_emplace(result.submap, params_).first->second;
   track.T_track_sensor = result.T_submap_camera;
   if (prior) track.T_track_given = result.T_submap_camera * prior->inverse();
   track.frame = frames_++;

@@ -28,6 +28,8 @@ class CloudLocator {
 
  private:
   struct Track {
+    explicit Track(const SurfaceMapParams& params) : map(params) {}
+
     SurfaceMap map;
     Pose T_track_sensor = Pose::Identity();
     Pose T_before_now = Pose::Identity();
