@@ -105,7 +105,6 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
               [&](std::size_t part) { part == 0 ? integrateSurfaces() : integrateSpace(); });
   frame.update.space_range = space_range;
   detail::mergePlanes(map, frame);
-  detail::turnPlanes(map, frame);
   frame.update.patches_rebuilt = map.commit();
   return frame.update;
 }

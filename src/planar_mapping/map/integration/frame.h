@@ -66,9 +66,6 @@ void integratePlanes(MapData& map, Frame& frame);
 std::vector<PlaneLayer> joinPlanes(MapData& map, std::vector<PlaneLayer> others, Frame& frame);
 /// Merges planes of the map that turned out to be one.
 void mergePlanes(MapData& map, Frame& frame);
-/// Turns the rasters of floors and table tops that were seen before the walls: in the compact
-/// profile, along the largest wall of the frame, unless one that is nearly as large agrees already.
-void turnPlanes(MapData& map, const Frame& frame);
 /// Lowers the belief of cells that the sensor looks through.
 void integrateMisses(MapData& map, Frame& frame);
 /// Non-planar points into cells; cells that planes cover now are given up.

@@ -443,47 +443,4 @@ std::vector<PlaneLayer> joinPlanes(MapData& map, std::vector<PlaneLayer> others,
   return loose;
 }
 
-void turnPlanes(MapData& map, const Frame& frame) {
-  constexpr double kAligned = 0.05;     // radians
-  constexpr double kAsGood = 0.5;       // of the weight of the largest wall
-  constexpr double kLeastWeight = 0.1;  // of that of the plane: a box on a floor turns no floor
-  constexpr double kLevel = 0.98;       // cosine: others have axes of their own
-  if (!map.isCompact()) return;
-  const Vector3& up = map.params.approximation.up;
-  const auto directionOf = [&](const PlaneLayer& layer) {
-    return dominantDirection({layer.plane()}, {1.0}, up);
-  };
-  const PlaneLayer* wall = nullptr;
-  for (const PlaneHits& hits : frame.hits) {
-    const PlaneLayer& layer = map.planes[hits.layer];
-    const bool is_larger = wall == nullptr || layer.moments().weight() > wall->moments().weight();
-    if (is_larger && !directionOf(layer).isZero()) wall = &layer;
-  }
-  if (wall == nullptr) return;
-  const Vector3 along = directionOf(*wall);
-  const double weight = wall->moments().weight();
-  const auto isAlong = [&](const PlaneFrame& axes, const Vector3& direction) {
-    const double off = std::min(std::abs(axes.u.dot(direction)), std::abs(axes.v.dot(direction)));
-    return off < kAligned;
-  };
-  for (const PlaneHits& hits : frame.hits) {
-    PlaneLayer& layer = map.planes[hits.layer];
-    if (isAlong(layer.frame(), along) || weight < kLeastWeight * layer.moments().weight()) continue;
-    const PlaneFrame axes = makePlaneFrame(layer.plane(), layer.frame().origin, up, along);
-    if (std::abs(axes.u.dot(along)) < kLevel) continue;
-    const bool stays =
-        std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& other) {
-          const Vector3 direction = directionOf(other);
-          return other.moments().weight() >= kAsGood * weight && !direction.isZero() &&
-                 isAlong(layer.frame(), direction);
-        });
-    if (stays) continue;
-    const PlaneLayer before = layer;
-    layer.raster = TileRaster();
-    layer.raster.setAnchor(before.raster.anchorA(), before.raster.anchorB());
-    layer.setFrame(axes);
-    takeCells(map, layer, before, larger);
-  }
-}
-
 }  // namespace planar_mapping::detail

@@ -111,65 +111,6 @@ TEST(PlaneAssociation, MergesPlanesThatTurnOutToBeOne) {
   EXPECT_EQ(map.cuboids().size(), 1u);  // no seam, no hole
 }
 
-/// A floor of 4 x 3 m and a wall of 4 x 2 m on one side of it, turned about z, seen from inside.
-struct TurnedRoom {
-  std::vector<float> xyz;
-  std::vector<PlaneSegment> planes;
-
-  TurnedRoom(double angle, bool with_wall) {
-    const Matrix3 turn = Eigen::AngleAxisd(angle, Vector3::UnitZ()).toRotationMatrix();
-    add(turn, Vector3::UnitY(), 3.0);
-    if (with_wall) add(turn, Vector3::UnitZ(), 2.0);
-  }
-  FrameObservation frame() const {
-    FrameObservation frame;
-    frame.points = PointsView(xyz.data(), xyz.size() / 3);
-    frame.planes = &planes;
-    return frame;
-  }
-
- private:
-  void add(const Matrix3& turn, const Vector3& side, double length) {
-    const Vector3 corner(-2.0, -1.5, -1.0);
-    const Vector3 normal = turn * Vector3::UnitX().cross(side).cwiseAbs();
-    PlaneSegment plane;
-    plane.plane = {normal, -normal.dot(turn * corner)};
-    for (double x = 0.01; x < 4.0; x += 0.02) {
-      for (double y = 0.01; y < length; y += 0.02) {
-        addPoint(turn * (corner + x * Vector3::UnitX() + y * side), plane, xyz);
-      }
-    }
-    planes.push_back(plane);
-  }
-};
-
-TEST(PlaneAssociation, AFloorTurnsWithTheWallThatIsSeenLater) {
-  for (const double angle : {0.0, 0.5, 1.0}) {
-    PlanarMapParams params = paramsAt(0.1);
-    params.unknown_space = false;
-    PlanarMap map(params);
-    map.insert(TurnedRoom(angle, false).frame());
-    const std::size_t before = map.cuboids().size();
-    for (int i = 0; i < 3; ++i) {
-      const TurnedRoom room(angle, true);
-      map.insert(room.frame());
-      EXPECT_LE(map.cuboids().size(), 3u) << before << " before, angle " << angle;
-      EXPECT_EQ(map.planes().size(), 2u);
-      std::size_t lost = 0;
-      for (const PlaneSegment& plane : room.planes) {
-        for (const int index : plane.inliers) {
-          const Vector3 p = Eigen::Map<const Eigen::Vector3f>(&room.xyz[3 * index]).cast<double>();
-          lost += map.isOccupied(p - 0.01 * plane.plane.normal) ? 0 : 1;
-        }
-      }
-      EXPECT_LT(lost, room.xyz.size() / 3 / 100);  // at the rim, where cells are all but empty
-    }
-    const std::vector<std::uint8_t> bytes = map.serialize();
-    const PlanarMap again = PlanarMap::deserialize(bytes.data(), bytes.size());
-    EXPECT_EQ(again.cuboids().size(), map.cuboids().size());
-  }
-}
-
 TEST(PlaneAssociation, KeepsPlanesApartThatOneFrameTellsApart) {
   // A shelf 6 cm above a table: within the association offset, but seen together.
   std::vector<float> xyz;
