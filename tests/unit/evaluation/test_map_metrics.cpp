@@ -24,9 +24,6 @@ MappingError mappingError(const std::vector<Cuboid>& cuboids, const SurfaceTruth
                           std::size_t standard_cells) {
   return mappingError(cuboids, CuboidDistance(cuboids), truth, s, standard_cells);
 }
-double completeness(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s) {
-  return completeness(CuboidDistance(cuboids), truth.visibleCells(s), s);
-}
 double coverage(const std::vector<Cuboid>& cuboids, const std::vector<Vector3>& points,
                 double margin) {
   return evaluation::coverage(CuboidDistance(cuboids), points, margin);

@@ -66,8 +66,9 @@ TEST(Scene, WalksThroughABuildingGoDifferentWaysThroughTheSameRooms) {
   for (std::size_t i = 0; i < 2000; ++i) {
     apart = std::max(apart, (first.path[i].translation() - second.path[i].translation()).norm());
     highest = std::max(highest, first.path[i].translation().z());
-    if (i > 0)
+    if (i > 0) {
       EXPECT_LT((first.path[i].translation() - first.path[i - 1].translation()).norm(), 0.16);
+    }
     for (const SceneObject& object : first.objects) {
       const Vector3 local = object.T_world_object.inverse() * first.path[i].translation();
       ASSERT_GT((local.cwiseAbs() - 0.5 * object.size).maxCoeff(), 0.05) << object.name;
