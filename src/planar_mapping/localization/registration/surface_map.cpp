@@ -86,12 +86,8 @@ class SurfaceMap::Implementation {
     constexpr double kBetter = 1.1;  // times the fit at the place next to the guess
     constexpr double kAsGood = 0.9;  // likewise, for what is that place
     std::vector<CloudRegistration> found;
-    if (params_.search_reach > 0.0) {
-      const detail::CloudShape shape = detail::shapeOf(cloud, params_);
-      const detail::SeenRanges seen(cloud, params_);
-      for (const CloudRegistration& place : lookAround(shape, seen, guess, 0))
-        if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
-    }
+    for (const CloudRegistration& place : lookAround(cloud, guess, 0))
+      if (place.found && (place.known || isSamePlace(place, near))) found.push_back(place);
     if (near.found) found.push_back(near);
     CloudRegistration best = bestOf(found);
     // Rays may contradict the place next to the guess because depths are noisy: a camera is not
@@ -130,11 +126,9 @@ class SurfaceMap::Implementation {
   CloudRegistration locateScan(const PointsView& cloud, const Pose& guess,
                                const CloudRegistration& near, int lost) const {
     if (!(params_.search_reach > 0.0)) return near;
-    const detail::CloudShape shape = detail::shapeOf(cloud, params_);
     std::vector<CloudRegistration> found;
     if (near.found) found.push_back(near);
-    for (const CloudRegistration& place :
-         lookAround(shape, detail::SeenRanges(cloud, params_), guess, lost))
+    for (const CloudRegistration& place : lookAround(cloud, guess, lost))
       if (place.found) found.push_back(place);
     const CloudRegistration best = bestOf(found);
     if (!best.found || worth(best) < params_.min_fraction || hasRival(best, found)) return {};
@@ -213,9 +207,11 @@ class SurfaceMap::Implementation {
   }
 
   /// Far from the guess, the best place first.
-  std::vector<CloudRegistration> lookAround(const detail::CloudShape& shape,
-                                            const detail::SeenRanges& seen, const Pose& guess,
+  std::vector<CloudRegistration> lookAround(const PointsView& cloud, const Pose& guess,
                                             int lost) const {
+    if (!(params_.search_reach > 0.0)) return {};
+    const detail::CloudShape shape = detail::shapeOf(cloud, params_);
+    const detail::SeenRanges seen(cloud, params_);
     const double reach = (1 + lost) * params_.search_reach;
     const double range = rangeOf(shape) + reach;
     SurfaceMapParams params = params_;

@@ -14,10 +14,10 @@ namespace {
 
 constexpr double kCautious = 0.2;  // of its deviations: registration states them too large
 
-/// Are two poses less than so many metres and radians apart?
-bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
-  return (a.translation() - b.translation()).norm() < distance &&
-         motionDifference(a, b).tail<3>().norm() < turn;
+/// Are two poses less than 0.3 m and 0.2 radians apart?
+bool isNear(const Pose& a, const Pose& b) {
+  return (a.translation() - b.translation()).norm() < 0.3 &&
+         motionDifference(a, b).tail<3>().norm() < 0.2;
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ CloudRegistration CloudLocator::placeIn(const Track& track, const PointsView& cl
       is_partial ? track.T_track_sensor : track.T_track_sensor * track.T_before_now;
   CloudRegistration found = track.map.locateNear(cloud, expected, lost);
   const bool is_doubtful =
-      is_partial ? found.fraction < kLittle : !isNear(expected, found.T_world_sensor, 0.3, 0.2);
+      is_partial ? found.fraction < kLittle : !isNear(expected, found.T_world_sensor);
   if (!found.found || is_doubtful) found = track.map.locateFar(cloud, expected, found, lost);
   found.found = found.found && MotionParams().isCertain(found.covariance);
   return found;
