@@ -77,7 +77,7 @@ Json infoOf(const std::string& path) {
   Json info = {{"type", "atlas"}};
   info.update(countsOf(data));
   Json links;
-  for (const LinkKind kind : {LinkKind::Neighbour, LinkKind::Loop, LinkKind::Plane})
+  for (const LinkKind kind : {LinkKind::Neighbour, LinkKind::Loop, LinkKind::Surface})
     links[wordOf(kind)] =
         countIf(data.links, [kind](const Link& link) { return link.kind == kind; });
   for (const LinkState state : {LinkState::Used, LinkState::Rejected, LinkState::Refused})
@@ -160,9 +160,11 @@ void printLoops(const Json& loops) {
     };
     std::cout << "loop " << loop["loop"] << ": " << end("from") << " to " << end("to") << ", "
               << loop["kind"].get<std::string>() << ", " << loop["inliers"] << " of "
-              << loop["matches"] << " features, agreement " << loop["agreement"]
-              << ", seen through " << loop["seen_through"] << ", residual " << loop["residual"]
-              << ", " << loop["state"].get<std::string>() << '\n';
+              << loop["matches"]
+              << (loop["kind"] == wordOf(LinkKind::Surface) ? " planes" : " features")
+              << ", agreement " << loop["agreement"] << ", seen through " << loop["seen_through"]
+              << ", residual " << loop["residual"] << ", " << loop["state"].get<std::string>()
+              << '\n';
   }
 }
 

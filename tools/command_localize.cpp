@@ -52,11 +52,11 @@ std::optional<Place> placeOf(const LocalizeArguments& arguments, const AtlasLoca
   reason = frame.skip_reason;
   if (!reason.empty()) return std::nullopt;
   const std::optional<KeyframeView> view = keyframeViewOf(frame);
-  reason = "no image belongs to its cloud";
-  if (!view) return std::nullopt;
-  const Keyframe key = makeKeyframe(view->gray, view->cloud, view->camera);
-  reason = key.sightings.empty() ? "its image has no features with a depth"
-                                 : "too little agrees with what the atlas knows, or two places do";
+  const Keyframe key = view ? makeKeyframe(view->gray, view->cloud, view->camera)
+                            : makeKeyframe(pointsOf(*frame.cloud), true);
+  reason = view && key.sightings.empty()
+               ? "its image has no features with a depth"
+               : "too little agrees with what the atlas knows, or two places do";
   return localizer.find(key);
 }
 
@@ -82,8 +82,11 @@ Json rowOf(const Frame& frame, const std::optional<Place>& place, const std::str
   row["session"] = place->session;
   row["submap"] = place->submap;
   row["keyframe"] = place->keyframe;
-  for (const Keyframe& keyframe : data.keyframes)
-    if (keyframe.id == place->keyframe) row["keyframe_frame"] = keyframe.frame;
+  for (const Keyframe& keyframe : data.keyframes) {
+    if (keyframe.id != place->keyframe) continue;
+    row["keyframe_frame"] = keyframe.frame;
+    row["kind"] = wordOf(keyframe.points.empty() ? LinkKind::Loop : LinkKind::Surface);
+  }
   row["inliers"] = place->evidence.inliers;
   row["matches"] = place->evidence.matches;
   row["off_plane"] = place->evidence.off_plane;
@@ -117,9 +120,10 @@ void print(const Json& row) {
             << listOf({sigmas[3], sigmas[4], sigmas[5]}) << " deg, component " << row["component"]
             << ", session " << row["session"] << ", submap " << row["submap"] << ", keyframe "
             << row["keyframe"] << " (frame " << row["keyframe_frame"] << "), " << row["inliers"]
-            << " of " << row["matches"] << " features, agreement "
-            << detail::numberText(row["agreement"].get<double>()) << ", seen through "
-            << detail::numberText(row["seen_through"].get<double>()) << '\n';
+            << " of " << row["matches"]
+            << (row["kind"] == wordOf(LinkKind::Surface) ? " planes" : " features")
+            << ", agreement " << detail::numberText(row["agreement"].get<double>())
+            << ", seen through " << detail::numberText(row["seen_through"].get<double>()) << '\n';
 }
 
 int localize(const LocalizeArguments& arguments) {
@@ -154,8 +158,9 @@ void addLocalizeCommand(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<LocalizeArguments>();
   command->add_option("atlas", arguments->atlas, "Atlas (*.atlas)")->required();
   command
-      ->add_option("input", arguments->inputs,
-                   "Folder of image pairs or RGB-D images, as of run; its poses are not read")
+      ->add_option(
+          "input", arguments->inputs,
+          "Folder of image pairs, RGB-D images or scans, as of run; its poses are not read")
       ->required();
   command->add_option("--frames", arguments->frames, "N, or A:B:STEP, frames A to B - 1");
   command->add_option("--calib", arguments->calibration,

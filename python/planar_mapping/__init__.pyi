@@ -282,9 +282,10 @@ class Atlas:
     def keyframes(self) -> list[dict[str, Any]]:
         """id, submap, frame, source, timestamp (seconds), T (T_submap_keyframe, 4 x 4), K (3 x 3), size (width, height),
         features ((N, 3): column, row, inverse depth in 1/m), descriptors ((N, bytes) uint8), inverse_depths ((H, W)
-        uint16 of cells, 1/4096 of 1/m, 0 = none), thumbnail (PNG bytes, or empty)."""
+        uint16 of cells, 1/4096 of 1/m, 0 = none), thumbnail (PNG bytes, or empty), points ((N, 3) of a cloud
+        without an image, sensor's frame, metres), is_scan (that cloud looks all around)."""
     def links(self) -> list[dict[str, Any]]:
-        """id, kind (neighbour, loop or plane), state (used, rejected or refused), from_submap, to_submap, from_keyframe,
+        """id, kind (neighbour, loop or surface), state (used, rejected or refused), from_submap, to_submap, from_keyframe,
         to_keyframe (None = not by keyframes), T (T_to_from, 4 x 4), covariance ((6, 6): x, y, z, rotation about x, y, z),
         inliers, matches, agreement, seen_through, residual."""
     def map(self, component: Optional[int] = None) -> PlanarMap:
@@ -299,6 +300,8 @@ class Atlas:
         camera's frame, NaN = none; K: 3 x 3. None = not found, or two places look alike. Else component, session, submap,
         keyframe, T (T_world_sensor, 4 x 4), covariance ((6, 6) of position and rotation, axes of the world), inliers,
         matches, off_plane, log_odds, agreement, seen_through."""
+    def localize_scan(self, xyz: npt.ArrayLike) -> Optional[dict[str, Any]]:
+        """The same of a scan, which looks all around: (N, 3) points, metres, sensor's frame, NaN = none."""
 
 class Sequence:
     """Frames of files or a folder, recognised by content as `planar_map run` does: clouds, KITTI, TUM RGB-D, EuRoC, ...

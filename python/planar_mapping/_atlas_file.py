@@ -36,5 +36,8 @@ class Atlas:
     def localize(self, image, xyz, K):
         return self._file.localize(image, xyz, K)
 
+    def localize_scan(self, xyz):
+        return self._file.localize_scan(xyz)
+
     def __repr__(self):
         return repr(self._file)

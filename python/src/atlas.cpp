@@ -79,6 +79,10 @@ py::dict rowOf(const Keyframe& keyframe) {
                                  {across > 0 ? cells / across : py::ssize_t{0}, across});
   row["thumbnail"] = py::bytes(reinterpret_cast<const char*>(keyframe.thumbnail.data()),
                                keyframe.thumbnail.size());
+  std::vector<double> points;
+  for (const std::int16_t value : keyframe.points) points.push_back(keyframe.point_step * value);
+  row["points"] = copyOf(points.data(), {static_cast<py::ssize_t>(points.size() / 3), 3});
+  row["is_scan"] = keyframe.is_scan;
   return row;
 }
 
@@ -189,9 +193,10 @@ class AtlasFile {
     const Cloud cloud(xyz, "xyz");
     FeatureCamera camera;
     camera.setPinhole(cameraOf(K, gray.height, gray.width));
-    if (!localizer_) localizer_ = std::make_unique<AtlasLocalizer>(data_);
-    const std::optional<Place> place = localizer_->find(makeKeyframe(gray, cloud.view(), camera));
-    return place ? py::object(rowOf(*place)) : py::none();
+    return placeOf(makeKeyframe(gray, cloud.view(), camera));
+  }
+  py::object localizeScan(const py::object& xyz) {
+    return placeOf(makeKeyframe(Cloud(xyz, "xyz").view(), true));
   }
   std::string text() const {
     return "<Atlas of " + std::to_string(data_.submaps.size()) + " submaps, " +
@@ -200,6 +205,11 @@ class AtlasFile {
   }
 
  private:
+  py::object placeOf(const Keyframe& frame) {
+    if (!localizer_) localizer_ = std::make_unique<AtlasLocalizer>(data_);
+    const std::optional<Place> place = localizer_->find(frame);
+    return place ? py::object(rowOf(*place)) : py::none();
+  }
   /// None is that of the first submap.
   std::int64_t chosen(std::optional<std::int64_t> component) const {
     if (data_.submaps.empty()) throw InputError(path_ + ": has no submaps");
@@ -232,5 +242,6 @@ PYBIND11_MODULE(_atlas, module) {
       .def("trajectory", &AtlasFile::trajectory)
       .def("solve", &AtlasFile::solve)
       .def("localize", &AtlasFile::localize)
+      .def("localize_scan", &AtlasFile::localizeScan)
       .def("__repr__", &AtlasFile::text);
 }

@@ -490,9 +490,10 @@ TEST_F(AtlasRuns, AFrameOfElsewhereIsNotFoundAndThatIsCodeEight) {
   }
 }
 
-TEST_F(AtlasRuns, FramesWithoutAnImageSayWhy) {
+TEST_F(AtlasRuns, AScanIsNoImageOfTheBuilding) {
   write("clouds/0.pcd", binaryPcd(roomPoints(2000)));
-  expectExit(8, localize(building(), {directory_ / "clouds"}), "no image belongs to its cloud");
+  expectExit(8, localize(building(), {directory_ / "clouds"}),
+             "too little agrees with what the atlas knows");
 }
 
 TEST_F(AtlasRuns, WhatCannotBeLocalizedIsSaid) {

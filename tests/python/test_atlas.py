@@ -27,7 +27,7 @@ def path(tmp_path, wall_map):
     seed = tmp_path / "a.atlas"
     schema = FORMAT_PAGE.read_text().split("```sql\n")[1].split("```")[0]
     data = sqlite3.connect(seed)
-    data.executescript(schema + f"PRAGMA application_id = {0x504d4154}; PRAGMA user_version = 3;")
+    data.executescript(schema + f"PRAGMA application_id = {0x504d4154}; PRAGMA user_version = 4;")
     data.execute("INSERT INTO sessions VALUES (0, 'wall', 'version: 1')")
     pmap = wall_map.__reduce_ex__(2)[2]
     camera = struct.pack("<7d", 100, 101, 79.5, 59.5, 0.5, 0, 0.01)
@@ -36,7 +36,7 @@ def path(tmp_path, wall_map):
         data.execute("INSERT INTO submaps VALUES (?, 0, 0, ?)", (i, rigid(0.5 * i)))
         data.execute("INSERT INTO maps VALUES (?, ?)", (i, pmap))
         data.execute(
-            "INSERT INTO keyframes VALUES (?, ?, ?, 'a.png', ?, ?, ?, 160, 120, ?, ?, 2, ?, 3, ?)",
+            "INSERT INTO keyframes VALUES (?, ?, ?, 'a.png', ?, ?, ?, 160, 120, ?, ?, 2, ?, 3, ?, x'', 0, 0)",
             (i, i, 7 + i, 0.5 * i, rigid(2.0), camera, features, b"abcd", struct.pack("<6H", *range(6)), b"\x89PNG"),
         )
     covariance = np.diag([1e-4] * 6).astype("<f8").tobytes()
@@ -60,6 +60,8 @@ def test_rows_are_what_the_file_holds(path, wall_map):
     assert keyframe["descriptors"].tobytes() == b"abcd" and keyframe["descriptors"].shape == (2, 2)
     assert keyframe["inverse_depths"].tolist() == [[0, 1, 2], [3, 4, 5]]
     assert keyframe["thumbnail"] == b"\x89PNG"
+    assert keyframe["points"].shape == (0, 3) and keyframe["is_scan"] is False
+    assert atlas.localize_scan(np.ones((3, 3))) is None
     link = atlas.links()[1]
     assert link["kind"] == "loop" and link["state"] == "used" and link["to_keyframe"] == 1
     assert link["covariance"].shape == (6, 6) and link["T"][0, 3] == -0.5 and link["residual"] == 1.5

@@ -8,7 +8,6 @@
 
 #include "planar_mapping/atlas/atlas_parts.h"
 #include "planar_mapping/atlas/atlas_rows.h"
-#include "planar_mapping/atlas/cloud_places.h"
 #include "planar_mapping/atlas/keyframe_maker.h"
 #include "planar_mapping/atlas/pose_graph.h"
 #include "planar_mapping/base/error.h"
@@ -56,10 +55,7 @@ void SubmapParams::validate() const {
 
 AtlasBuilder::AtlasBuilder(const SubmapParams& params, const PlanarMapParams& map,
                            AtlasSession session, AtlasData known)
-    : params_(params),
-      map_params_(map),
-      data_(std::move(known)),
-      cloud_places_(std::make_shared<detail::CloudPlaces>()) {
+    : params_(params), map_params_(map), data_(std::move(known)) {
   params_.validate();
   requireFits(data_, map_params_);
   session.id = detail::nextId(data_.sessions);
@@ -160,20 +156,16 @@ std::vector<Link> AtlasBuilder::findLoops(const Seen& seen) {
   for (const Link& link : data_.links)
     if (link.kind == LinkKind::Neighbour && link.to_submap == submap)
       neighbours.push_back(link.from_submap);
-  if (seen.gray == nullptr) {
-    const detail::SeenCloud cloud{submap, seen.T_track_sensor, seen.cloud, seen.is_scan};
-    std::vector<Link> links = cloud_places_->links(cloud, data_, neighbours);
-    cloud_places_->add(cloud);
-    return links;
-  }
-  Keyframe key = makeKeyframe(*seen.gray, seen.cloud, seen.camera);
+  Keyframe key = seen.gray != nullptr ? makeKeyframe(*seen.gray, seen.cloud, seen.camera)
+                                      : makeKeyframe(seen.cloud, seen.is_scan);
+  if (seen.gray == nullptr && key.points.empty()) return {};
   key.id = detail::nextId(data_.keyframes);
   key.submap = submap;
   key.frame = seen.frame;
   key.source = seen.source;
   key.timestamp = seen.timestamp;
   key.T_submap_keyframe = seen.T_track_sensor;
-  std::vector<Link> links = places_.links(key, data_.keyframes, neighbours);
+  std::vector<Link> links = places_.links(key, data_, neighbours);
   places_.add(key);
   data_.keyframes.push_back(std::move(key));
   return links;

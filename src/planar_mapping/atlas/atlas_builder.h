@@ -19,9 +19,6 @@
 #include "planar_mapping/map/joined_map.h"
 
 namespace planar_mapping {
-namespace detail {
-class CloudPlaces;
-}
 
 /// When a submap is closed and the next one begun; whichever comes first.
 struct PLANAR_MAPPING_EXPORT SubmapParams {
@@ -117,7 +114,6 @@ class PLANAR_MAPPING_EXPORT AtlasBuilder {
   std::int64_t session_ = 0;
   std::shared_ptr<PlanarMap> open_;  ///< of the last of the submaps
   PlaceFinder places_;
-  std::shared_ptr<detail::CloudPlaces> cloud_places_;
   JoinedMap joined_;
   bool is_joined_ = false;  ///< joined_ holds the open submap as it is
   std::map<std::size_t, Track> tracks_;

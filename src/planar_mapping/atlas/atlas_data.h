@@ -43,6 +43,11 @@ struct Keyframe {
   std::vector<std::uint16_t> inverse_depths;
   int cells_across = 0;                 ///< cells in a row of inverse_depths
   std::vector<std::uint8_t> thumbnail;  ///< PNG; empty without an image
+  /// Of a cloud without an image: points spread over it, x y z, sensor's frame, in units of
+  /// point_step.
+  std::vector<std::int16_t> points;
+  double point_step = 0.0;  ///< metres, > 0 where there are points
+  bool is_scan = false;     ///< that cloud is of a scanner, which looks all around
 };
 
 /// A part of the map in a frame of its own that moves as a whole.
@@ -60,7 +65,7 @@ struct Submap {
 enum class LinkKind : std::uint8_t {
   Neighbour,  ///< between a submap and the next of its session, by the motion that was found
   Loop,       ///< features of two keyframes far apart in time, or of two sessions
-  Plane,      ///< the same plane in two submaps
+  Surface,    ///< the surfaces of a keyframe without an image, on those of another submap
 };
 
 enum class LinkState : std::uint8_t {
@@ -70,7 +75,7 @@ enum class LinkState : std::uint8_t {
 };
 
 /// As they are called in the file, by `planar_map atlas` and in Python.
-constexpr std::array<const char*, 3> kLinkKindWords = {"neighbour", "loop", "plane"};
+constexpr std::array<const char*, 3> kLinkKindWords = {"neighbour", "loop", "surface"};
 constexpr std::array<const char*, 3> kLinkStateWords = {"used", "rejected", "refused"};
 constexpr const char* wordOf(LinkKind kind) {
   return kLinkKindWords[static_cast<std::size_t>(kind)];
@@ -81,8 +86,8 @@ constexpr const char* wordOf(LinkState state) {
 
 /// What speaks for a link.
 struct LinkEvidence {
-  std::size_t inliers = 0;    ///< features that agree with it
-  std::size_t matches = 0;    ///< features that look alike
+  std::size_t inliers = 0;    ///< features, or small planes, that agree with it
+  std::size_t matches = 0;    ///< features that look alike, or planes of the cloud
   std::size_t off_plane = 0;  ///< inliers beside the plane that holds most of them
   double agreement = 0.0;  ///< fraction of the depths both see that agree, the worse of both ways
   double seen_through = 0.0;  ///< fraction that lies where the other saw through, the worse

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "planar_mapping/atlas/atlas_rows.h"
-#include "planar_mapping/geometry/angles.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
 
 namespace planar_mapping {
@@ -17,14 +16,6 @@ namespace {
 constexpr std::size_t kCheckedKeyframes = 8;  // keyframes that are checked
 /// Another place counts unless it is 20 times less likely (natural logarithm).
 constexpr double kMinOddsOverOthers = 3.0;
-// Poses nearer than this are one place: submaps that no loop has aligned differ as much.
-constexpr double kSamePlace = 0.5;                      // metres
-constexpr double kSameTurn = 15.0 * kRadiansPerDegree;  // radians
-
-bool isSamePlace(const Place& a, const Place& b) {
-  const Pose between = a.T_world_sensor.inverse() * b.T_world_sensor;
-  return between.translation().norm() < kSamePlace && rotationAngle(between.linear()) < kSameTurn;
-}
 
 /// \param link  from the frame to the submap
 Place placeOf(const Link& link, const Submap& submap) {
@@ -51,18 +42,16 @@ std::optional<Place> AtlasLocalizer::find(Keyframe frame) const {
   frame.id = frame.submap = -1;  // no keyframe is its own
   frame.T_submap_keyframe = Pose::Identity();
   std::vector<Place> places;
-  for (const std::int64_t id : places_.candidates(frame, kCheckedKeyframes)) {
-    const std::optional<Link> link =
-        PlaceFinder::verify(frame, detail::rowOf(atlas_.keyframes, id));
-    if (link) places.push_back(placeOf(*link, detail::rowOf(atlas_.submaps, link->to_submap)));
-  }
+  for (const Link& link : places_.links(frame, atlas_, {}, kCheckedKeyframes))
+    places.push_back(placeOf(link, detail::rowOf(atlas_.submaps, link.to_submap)));
   const auto likelier = [](const Place& a, const Place& b) {
     return a.evidence.log_odds < b.evidence.log_odds;
   };
   const auto best = std::max_element(places.begin(), places.end(), likelier);
   if (best == places.end()) return std::nullopt;
   const bool is_ambiguous = std::any_of(places.begin(), places.end(), [&](const Place& other) {
-    return other.component == best->component && !isSamePlace(other, *best) &&
+    return other.component == best->component &&
+           !detail::isSamePlace(other.T_world_sensor, best->T_world_sensor) &&
            best->evidence.log_odds - other.evidence.log_odds < kMinOddsOverOthers;
   });
   if (is_ambiguous) return std::nullopt;

@@ -172,7 +172,7 @@ std::size_t addLoops(AtlasData& data, std::size_t first, int threads) {
   std::vector<std::vector<Link>> found(data.keyframes.size() - first);
   parallelFor(found.size(), threads, [&](std::size_t i) {
     const Keyframe& key = data.keyframes[first + i];
-    if (PlaceFinder::knows(key)) found[i] = places.links(key, data.keyframes);
+    if (PlaceFinder::knows(key)) found[i] = places.links(key, data);
   });
   const std::size_t before = data.links.size();
   for (std::vector<Link>& links : found) {

@@ -21,7 +21,7 @@ using detail::SqliteStatement;
 using detail::SqliteTransaction;
 
 constexpr std::int64_t kApplicationId = 0x504d4154;  // "PMAT"
-constexpr std::int64_t kFormatVersion = 3;
+constexpr std::int64_t kFormatVersion = 4;
 
 /// Poses and maps apart from one another: moving a submap does not write its map again.
 constexpr std::array<const char*, 8> kSchema = {
@@ -55,11 +55,14 @@ constexpr std::array<const char*, 8> kSchema = {
   descriptor_bytes INTEGER NOT NULL,
   inverse_depths BLOB NOT NULL,
   cells_across INTEGER NOT NULL,
-  thumbnail BLOB NOT NULL
+  thumbnail BLOB NOT NULL,
+  points BLOB NOT NULL,
+  point_step REAL NOT NULL,
+  is_scan INTEGER NOT NULL
 ) STRICT)sql",
     R"sql(CREATE TABLE links (
   id INTEGER PRIMARY KEY,
-  kind TEXT NOT NULL CHECK (kind IN ('neighbour', 'loop', 'plane')),
+  kind TEXT NOT NULL CHECK (kind IN ('neighbour', 'loop', 'surface')),
   state TEXT NOT NULL CHECK (state IN ('used', 'rejected', 'refused')),
   from_submap INTEGER NOT NULL REFERENCES submaps,
   to_submap INTEGER NOT NULL REFERENCES submaps,

@@ -5,115 +5,244 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/localization/odometry/motion_estimation.h"
+#include "planar_mapping/localization/registration/seen_through.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::size_t kPoints = 2400;   // kept of a cloud
-constexpr std::size_t kCandidates = 2;  // submaps that a cloud is registered to
+constexpr std::size_t kNearest = 2;  // submaps of its own component that a cloud is registered to
 // What all planes of a cloud share, so that many of them do not average it out.
 constexpr double kSharedShift = 0.01;  // metres
 constexpr double kSharedTurn = 0.002;  // radians
+// Of the points of two clouds, where the other one saw through: edges, and somebody who walks by.
+constexpr double kMostSeenThrough = 0.01;
 
-Vector3 middleOf(const std::vector<float>& xyz) {
-  Vector3 sum = Vector3::Zero();
-  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3)
-    sum += Vector3(xyz[i], xyz[i + 1], xyz[i + 2]);
-  return 3.0 / static_cast<double>(std::max<std::size_t>(xyz.size(), 3)) * sum;
-}
-
-PointsView viewOf(const std::vector<float>& xyz) {
-  return {xyz.data(), xyz.size() / 3};
-}
-
-/// Points spread over a cloud.
-std::vector<float> thinned(const PointsView& cloud) {
-  std::vector<std::size_t> measured;
-  for (std::size_t i = 0; i < cloud.size; ++i)
-    if (cloud.isMeasured(i)) measured.push_back(i);
-  const std::size_t count = std::min(kPoints, measured.size());
-  std::vector<float> xyz;
-  xyz.reserve(3 * count);
-  const double apart = static_cast<double>(measured.size()) / static_cast<double>(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    // Not always of the same columns of an image.
-    const double within = std::fmod(0.618034 * static_cast<double>(k), 1.0);
-    const float* point =
-        cloud[measured[static_cast<std::size_t>((static_cast<double>(k) + within) * apart)]];
-    xyz.insert(xyz.end(), point, point + 3);
+/// The points of a keyframe, metres.
+class KeyframePoints {
+ public:
+  explicit KeyframePoints(const Keyframe& key) {
+    xyz_.reserve(key.points.size());
+    for (const std::int16_t value : key.points)
+      xyz_.push_back(static_cast<float>(key.point_step * value));
   }
-  return xyz;
+  PointsView view() const { return {xyz_.data(), xyz_.size() / 3}; }
+
+ private:
+  std::vector<float> xyz_;
+};
+
+Vector3 middleOf(const PointsView& points) {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < points.size; ++i) sum += points.point(i);
+  return sum / static_cast<double>(std::max<std::size_t>(points.size, 1));
+}
+
+template <typename List>
+bool contains(const List& list, std::int64_t id) {
+  return std::find(list.begin(), list.end(), id) != list.end();
+}
+
+/// The best of each submap, the best of all first.
+/// \param order  badness and cloud
+template <typename Cloud>
+std::vector<std::int64_t> bestOfSubmaps(std::vector<std::pair<double, const Cloud*>> order,
+                                        std::size_t most) {
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::set<std::int64_t> submaps;
+  std::vector<std::int64_t> ids;
+  for (const auto& [badness, cloud] : order)
+    if (ids.size() < most && submaps.insert(cloud->submap).second) ids.push_back(cloud->id);
+  return ids;
+}
+
+Link linkOf(const Keyframe& key, const Keyframe& other, const CloudRegistration& place,
+            double seen_through) {
+  Link link;
+  link.kind = LinkKind::Surface;
+  link.from_submap = key.submap;
+  link.to_submap = other.submap;
+  link.from_keyframe = key.id;
+  link.to_keyframe = other.id;
+  link.T_to_from = place.T_world_sensor * key.T_submap_keyframe.inverse();
+  Vector6 shared;
+  shared << Vector3::Constant(kSharedShift * kSharedShift),
+      Vector3::Constant(kSharedTurn * kSharedTurn);
+  link.covariance =
+      turnedCovariance(place.T_world_sensor, place.covariance + Matrix6(shared.asDiagonal()));
+  link.evidence.inliers = place.matched;
+  link.evidence.matches = place.planes;
+  link.evidence.agreement = place.fraction;
+  link.evidence.seen_through = seen_through;
+  return link;
+}
+
+/// Of one cloud: leaves out components in which it was found at two places.
+void leaveOutAmbiguous(const Keyframe& key, const AtlasData& data, std::vector<Link>& links) {
+  std::map<std::int64_t, Pose> place_of;
+  std::set<std::int64_t> ambiguous;
+  const auto componentOf = [&](const Link& link) {
+    return rowOf(data.submaps, link.to_submap).component;
+  };
+  for (const Link& link : links) {
+    const Pose place =
+        rowOf(data.submaps, link.to_submap).T_world_submap * link.T_to_from * key.T_submap_keyframe;
+    const auto [first, is_new] = place_of.emplace(componentOf(link), place);
+    if (!is_new && !isSamePlace(first->second, place)) ambiguous.insert(first->first);
+  }
+  const auto is_ambiguous = [&](const Link& link) {
+    return ambiguous.count(componentOf(link)) > 0;
+  };
+  links.erase(std::remove_if(links.begin(), links.end(), is_ambiguous), links.end());
 }
 
 }  // namespace
 
-void CloudPlaces::add(const SeenCloud& cloud) {
-  Kept kept{cloud.submap, cloud.T_submap_sensor, thinned(cloud.points), {}};
-  if (kept.xyz.empty()) return;
-  kept.middle = cloud.T_submap_sensor * middleOf(kept.xyz);
-  clouds_.push_back(std::move(kept));
+CloudPlaces::Ranges CloudPlaces::rangesOf(const PointsView& points) {
+  constexpr double kFirst = 0.5;    // metres
+  constexpr double kPerOctave = 2;  // bins
+  Ranges ranges{};
+  for (std::size_t i = 0; i < points.size; ++i) {
+    const double octaves = std::log2(std::max(points.point(i).norm(), kFirst) / kFirst);
+    const auto bin = static_cast<std::size_t>(kPerOctave * octaves);
+    ranges[std::min(bin, ranges.size() - 1)] += 1.0 / static_cast<double>(points.size);
+  }
+  return ranges;
 }
 
-SurfaceMap CloudPlaces::mapOf(std::int64_t submap, const SurfaceMapParams& params) const {
-  const auto is_in = [&](const Kept& cloud) { return cloud.submap == submap; };
-  const auto first = std::find_if(clouds_.begin(), clouds_.end(), is_in);
-  SurfaceMap map(surfaceParamsFor(viewOf(first->xyz), params));
-  for (const Kept& cloud : clouds_)
-    if (is_in(cloud)) map.insert(viewOf(cloud.xyz), cloud.T_submap_sensor);
+void CloudPlaces::add(const Keyframe& key) {
+  const KeyframePoints points(key);
+  clouds_.push_back({key.id, key.submap, key.is_scan,
+                     key.T_submap_keyframe * middleOf(points.view()), rangesOf(points.view())});
+}
+
+std::vector<std::int64_t> CloudPlaces::candidates(const Keyframe& key, std::size_t n,
+                                                  const std::vector<std::int64_t>& excluded) const {
+  std::vector<std::pair<double, const Kept*>> order;
+  if (!key.is_scan) return {};
+  const Ranges ranges = rangesOf(KeyframePoints(key).view());
+  for (const Kept& other : clouds_) {
+    if (!other.is_scan || other.submap == key.submap || contains(excluded, other.submap)) continue;
+    double apart = 0.0;
+    for (std::size_t i = 0; i < ranges.size(); ++i) apart += std::abs(ranges[i] - other.ranges[i]);
+    order.emplace_back(apart, &other);
+  }
+  return bestOfSubmaps(std::move(order), n);
+}
+
+/// Clouds of the submaps of its own component that saw its surroundings from nearest.
+std::vector<std::int64_t> CloudPlaces::nearest(const Keyframe& key, const AtlasData& data,
+                                               const Submap& own,
+                                               const std::vector<std::int64_t>& excluded,
+                                               double reach) const {
+  const Vector3 middle =
+      own.T_world_submap * (key.T_submap_keyframe * middleOf(KeyframePoints(key).view()));
+  std::vector<std::pair<double, const Kept*>> order;
+  for (const Kept& other : clouds_) {
+    const Submap& submap = rowOf(data.submaps, other.submap);
+    if (submap.id == own.id || submap.component != own.component || contains(excluded, submap.id))
+      continue;
+    const double apart = (submap.T_world_submap * other.middle - middle).norm();
+    if (apart < reach) order.emplace_back(apart, &other);
+  }
+  return bestOfSubmaps(std::move(order), kNearest);
+}
+
+SurfaceMap CloudPlaces::mapOf(std::int64_t submap, const AtlasData& data,
+                              const SurfaceMapParams& params) const {
+  SurfaceMap map(params);
+  for (const Kept& cloud : clouds_) {
+    if (cloud.submap != submap) continue;
+    const Keyframe& key = rowOf(data.keyframes, cloud.id);
+    map.insert(KeyframePoints(key).view(), key.T_submap_keyframe);
+  }
   return map;
 }
 
-std::vector<Link> CloudPlaces::links(const SeenCloud& cloud, const AtlasData& data,
-                                     const std::vector<std::int64_t>& excluded) const {
-  const SurfaceMapParams params =
-      cloud.is_scan ? SurfaceMapParams::ofScanner() : SurfaceMapParams();
-  const Submap& own = rowOf(data.submaps, cloud.submap);
-  const Vector3 middle =
-      own.T_world_submap * (cloud.T_submap_sensor * middleOf(thinned(cloud.points)));
-  std::map<std::int64_t, double> nearest;
-  for (const Kept& other : clouds_) {
-    const Submap& submap = rowOf(data.submaps, other.submap);
-    if (submap.id == own.id || submap.component != own.component ||
-        std::find(excluded.begin(), excluded.end(), submap.id) != excluded.end())
-      continue;
-    const double apart = (submap.T_world_submap * other.middle - middle).norm();
-    const auto [known, is_new] = nearest.emplace(submap.id, apart);
-    if (!is_new) known->second = std::min(known->second, apart);
+/// Of the points of a cloud, what clouds of a component saw through that were taken nearby, or of
+/// theirs what it saw through: rooms of one shape differ in what stands in them. Nothing where less
+/// than half can be compared.
+/// \param T_world_key  in the world of the component
+std::optional<double> CloudPlaces::seenThrough(const Keyframe& key, const Pose& T_world_key,
+                                               std::int64_t component,
+                                               const AtlasData& data) const {
+  constexpr std::size_t kViews = 3;
+  constexpr double kReach = 4.0;  // metres
+  std::vector<std::pair<double, const Kept*>> near;
+  const auto poseOf = [&](const Kept& cloud) -> Pose {
+    return rowOf(data.submaps, cloud.submap).T_world_submap *
+           rowOf(data.keyframes, cloud.id).T_submap_keyframe;
+  };
+  for (const Kept& cloud : clouds_) {
+    if (cloud.id == key.id || rowOf(data.submaps, cloud.submap).component != component) continue;
+    const double apart = (poseOf(cloud).translation() - T_world_key.translation()).norm();
+    if (apart < kReach) near.emplace_back(apart, &cloud);
   }
-  std::vector<std::pair<double, std::int64_t>> order;
-  for (const auto& [id, apart] : nearest)
-    if (apart < params.search_reach) order.emplace_back(apart, id);
-  std::sort(order.begin(), order.end());
-  order.resize(std::min(order.size(), kCandidates));
+  std::stable_sort(near.begin(), near.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  near.resize(std::min(near.size(), kViews));
+  const KeyframePoints own(key);
+  const SeenRanges seen(own.view());
+  SeenThrough forward, back;
+  for (const auto& [apart, cloud] : near) {
+    const KeyframePoints theirs(rowOf(data.keyframes, cloud->id));
+    const Pose T_other_key = poseOf(*cloud).inverse() * T_world_key;
+    forward += SeenRanges(theirs.view()).compare(own.view(), T_other_key);
+    back += seen.compare(theirs.view(), T_other_key.inverse());
+  }
+  if (2 * std::min(forward.compared, back.compared) < own.view().size) return std::nullopt;
+  return std::max(forward.fraction(), back.fraction());
+}
 
-  std::vector<Link> found;
-  for (const auto& [apart, id] : order) {
-    const SurfaceMap map = mapOf(id, params);
-    const Pose T_other_own = rowOf(data.submaps, id).T_world_submap.inverse() * own.T_world_submap;
-    const Pose guess = T_other_own * cloud.T_submap_sensor;
-    const CloudRegistration near = map.locateNear(cloud.points, guess);
-    const CloudRegistration place = map.locateFar(cloud.points, guess, near);
-    if (!place.found || place.fraction < params.min_fraction) continue;
-    Link link;
-    link.kind = LinkKind::Loop;
-    link.from_submap = own.id;
-    link.to_submap = id;
-    link.T_to_from = place.T_world_sensor * cloud.T_submap_sensor.inverse();
-    Vector6 shared;
-    shared << Vector3::Constant(kSharedShift * kSharedShift),
-        Vector3::Constant(kSharedTurn * kSharedTurn);
-    link.covariance =
-        turnedCovariance(place.T_world_sensor, place.covariance + Matrix6(shared.asDiagonal()));
-    link.evidence.inliers = place.matched;
-    link.evidence.matches = place.planes;
-    link.evidence.agreement = place.fraction;
-    link.evidence.seen_through = place.seen_through;
-    found.push_back(std::move(link));
+std::vector<Link> CloudPlaces::links(const Keyframe& key, const AtlasData& data,
+                                     const std::vector<std::int64_t>& excluded,
+                                     std::size_t most) const {
+  const KeyframePoints points(key);
+  const PointsView cloud = points.view();
+  const SurfaceMapParams usual = key.is_scan ? SurfaceMapParams::ofScanner() : SurfaceMapParams();
+  const SurfaceMapParams params = surfaceParamsFor(cloud, usual);
+  std::vector<Link> found, elsewhere;
+  const auto through = [&](const CloudRegistration& place, const Submap& other) {
+    return seenThrough(key, other.T_world_submap * place.T_world_sensor, other.component, data);
+  };
+  std::vector<std::int64_t> known = excluded;
+  if (key.submap >= 0) {
+    const Submap& own = rowOf(data.submaps, key.submap);
+    for (const std::int64_t id : nearest(key, data, own, excluded, params.search_reach)) {
+      const Keyframe& other = rowOf(data.keyframes, id);
+      const Submap& submap = rowOf(data.submaps, other.submap);
+      const SurfaceMap map = mapOf(submap.id, data, params);
+      const Pose guess =
+          submap.T_world_submap.inverse() * own.T_world_submap * key.T_submap_keyframe;
+      const CloudRegistration place = map.locateFar(cloud, guess, map.locateNear(cloud, guess));
+      if (!place.found || place.fraction < params.min_fraction) continue;
+      const double seen_through = through(place, submap).value_or(0.0);
+      if (seen_through <= kSurfaceDoubt || submap.session != own.session)
+        found.push_back(linkOf(key, other, place, seen_through));
+    }
+    for (const Submap& submap : data.submaps)
+      if (submap.component == own.component) known.push_back(submap.id);
   }
+  for (const std::int64_t id : candidates(key, most, known)) {
+    const Keyframe& other = rowOf(data.keyframes, id);
+    const SurfaceMap map = mapOf(other.submap, data, params);
+    const CloudRegistration place = map.locateFar(cloud, other.T_submap_keyframe, {});
+    const Submap& submap = rowOf(data.submaps, other.submap);
+    if (!place.found) continue;
+    const std::optional<double> seen_through = through(place, submap);
+    if (!seen_through) continue;
+    if (*seen_through <= kMostSeenThrough)
+      elsewhere.push_back(linkOf(key, other, place, *seen_through));
+    if (*seen_through > kSurfaceDoubt && key.submap >= 0)
+      found.push_back(linkOf(key, other, place, *seen_through));
+  }
+  leaveOutAmbiguous(key, data, elsewhere);
+  found.insert(found.end(), elsewhere.begin(), elsewhere.end());
   return found;
 }
 

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "planar_mapping/atlas/atlas_data.h"
@@ -11,38 +13,54 @@
 
 namespace planar_mapping::detail {
 
-/// A cloud without an image, and where it was seen from.
-struct SeenCloud {
-  std::int64_t submap = 0;
-  Pose T_submap_sensor = Pose::Identity();
-  PointsView points;     ///< sensor's frame
-  bool is_scan = false;  ///< of a scanner, which looks all around
-};
+/// A cloud that lies on surfaces of another submap, but so much of whose points was seen through
+/// there or the other way round, speaks against the link: rooms of one shape differ in what stands
+/// in them.
+constexpr double kSurfaceDoubt = 0.03;
 
 /// Recognises places by the surfaces that clouds without images show: a cloud is registered to
-/// those of earlier submaps that saw the same surroundings as far as the poses tell.
+/// those of submaps that may have seen the same surroundings.
 ///
-/// Rooms repeat, and surfaces alone do not tell one from the next. So submaps are looked at only
-/// that links join with the cloud's own: the way between them says whether a link may be right.
-/// Clouds are of the session at hand and are not stored.
+/// In its own component these are the submaps whose surroundings are nearest by the poses. In
+/// others, those with a scan of much the same ranges; the cloud has to be a scan itself, as
+/// surfaces in one direction do not tell one room from the next. Rooms repeat all the same: it is
+/// up to the pose graph how many such links join components.
 class CloudPlaces {
  public:
-  /// Some 30 kB of memory.
-  void add(const SeenCloud& cloud);
+  /// \param key  with points
+  void add(const Keyframe& key);
+  std::size_t size() const { return clouds_.size(); }
 
-  /// The links from the submap of a new cloud to the two that saw its surroundings from nearest.
-  /// \param excluded  ids of submaps that are left out, such as its neighbours
-  std::vector<Link> links(const SeenCloud& cloud, const AtlasData& data,
-                          const std::vector<std::int64_t>& excluded) const;
+  /// Scans of most alike ranges, the most alike first, one of each submap.
+  /// \param n         at most
+  /// \param excluded  ids of submaps
+  std::vector<std::int64_t> candidates(const Keyframe& key, std::size_t n,
+                                       const std::vector<std::int64_t>& excluded) const;
+
+  /// The links from the submap of a new cloud to those that show its surroundings, and to others
+  /// the doubtful ones (kSurfaceDoubt). \param data      with all keyframes that were added, and
+  /// their submaps \param excluded  ids of submaps that are left out, such as its neighbours \param
+  /// most      submaps of other components that it is compared with
+  std::vector<Link> links(const Keyframe& key, const AtlasData& data,
+                          const std::vector<std::int64_t>& excluded, std::size_t most) const;
 
  private:
+  /// How many of the points lie within each range, in half octaves from 0.5 m.
+  using Ranges = std::array<double, 16>;
   struct Kept {
+    std::int64_t id = 0;
     std::int64_t submap = 0;
-    Pose T_submap_sensor = Pose::Identity();
-    std::vector<float> xyz;
+    bool is_scan = false;
     Vector3 middle = Vector3::Zero();  ///< of its points, submap's frame
+    Ranges ranges{};
   };
-  SurfaceMap mapOf(std::int64_t submap, const SurfaceMapParams& params) const;
+  static Ranges rangesOf(const PointsView& points);
+  std::vector<std::int64_t> nearest(const Keyframe& key, const AtlasData& data, const Submap& own,
+                                    const std::vector<std::int64_t>& excluded, double reach) const;
+  std::optional<double> seenThrough(const Keyframe& key, const Pose& T_world_key,
+                                    std::int64_t component, const AtlasData& data) const;
+  SurfaceMap mapOf(std::int64_t submap, const AtlasData& data,
+                   const SurfaceMapParams& params) const;
 
   std::vector<Kept> clouds_;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -27,8 +28,9 @@ constexpr double kThumbnailWidth = 80.0;  // pixels, at most
 constexpr double kThumbnailHeight = 60.0;
 constexpr int kCell = 8;  // pixels
 constexpr int kMaxCells = 4800;
-constexpr int kDepthRadius = 2;       // pixels around a feature
-constexpr double kSameSurface = 0.1;  // spread of inverse depths there, of the median
+constexpr int kDepthRadius = 2;        // pixels around a feature
+constexpr double kSameSurface = 0.1;   // spread of inverse depths there, of the median
+constexpr std::size_t kPoints = 4800;  // of a cloud without an image
 
 /// Depths as cells: numbers that survive rounding to 16 bits.
 std::uint16_t encoded(double inverse_depth) {
@@ -197,6 +199,32 @@ Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud, const Feat
     sightings.push_back({place.x(), place.y(), inverse_depth});
   }
   describeStrongest(reduced, points, sightings, key);
+  return key;
+}
+
+Keyframe makeKeyframe(const PointsView& cloud, bool is_scan) {
+  std::vector<std::size_t> measured;
+  for (std::size_t i = 0; i < cloud.size; ++i)
+    if (cloud.isMeasured(i)) measured.push_back(i);
+  const std::size_t count = std::min(kPoints, measured.size());
+  const double apart = static_cast<double>(measured.size()) / static_cast<double>(count);
+  Keyframe key;
+  key.is_scan = is_scan;
+  std::vector<Vector3> points;
+  double farthest = 0.0;
+  for (std::size_t k = 0; k < count; ++k) {
+    // Not always of the same columns of an image.
+    const double within = std::fmod(0.618034 * static_cast<double>(k), 1.0);
+    points.push_back(
+        cloud.point(measured[static_cast<std::size_t>((static_cast<double>(k) + within) * apart)]));
+    farthest = std::max(farthest, points.back().cwiseAbs().maxCoeff());
+  }
+  constexpr double kLargest = std::numeric_limits<std::int16_t>::max();
+  constexpr double kLeastStep = 1e-9;  // metres: all at the sensor
+  key.point_step = std::max(farthest / kLargest, kLeastStep);
+  for (const Vector3& point : points)
+    for (int axis = 0; axis < 3; ++axis)
+      key.points.push_back(static_cast<std::int16_t>(std::lround(point[axis] / key.point_step)));
   return key;
 }
 

@@ -21,4 +21,10 @@ namespace planar_mapping {
 PLANAR_MAPPING_EXPORT Keyframe makeKeyframe(const io::Image& gray, const PointsView& cloud,
                                             const FeatureCamera& camera);
 
+/// What is kept of a cloud without an image: at most 4,800 points, spread over it, 29 kB. None if
+/// no point was measured.
+/// \param cloud    sensor's frame, metres
+/// \param is_scan  of a scanner, which looks all around
+PLANAR_MAPPING_EXPORT Keyframe makeKeyframe(const PointsView& cloud, bool is_scan);
+
 }  // namespace planar_mapping

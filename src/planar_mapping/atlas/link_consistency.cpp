@@ -358,8 +358,10 @@ struct Join {
 
 std::optional<Join> joinOf(const LinkGroup& group) {
   const auto any = [](std::size_t) { return true; };
-  const std::vector<std::size_t> best = group.agreeing(group.everyMember(), any);
-  std::vector<std::size_t> others;
+  std::vector<std::size_t> sound, others;
+  for (const std::size_t member : group.everyMember())
+    if (!group.link(member).doubtful) sound.push_back(member);
+  const std::vector<std::size_t> best = group.agreeing(sound, any);
   for (const std::size_t member : group.everyMember()) {
     if (std::find(best.begin(), best.end(), member) == best.end()) others.push_back(member);
   }
@@ -432,7 +434,7 @@ LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& link
     if (trees.first != trees.second) continue;
     std::vector<std::size_t> close;
     for (const std::size_t member : members) {
-      if (ways.agree(links[member])) close.push_back(member);
+      if (!links[member].doubtful && ways.agree(links[member])) close.push_back(member);
     }
     const LinkGroup group(forest, links, std::move(close));
     // Links that were accepted make the ways surer, which shows others to be wrong.
@@ -445,7 +447,8 @@ LinkChoice consistentLinks(std::size_t nodes, const std::vector<GraphLink>& link
   }
 
   for (std::size_t i = 0; i < links.size(); ++i) {
-    const bool is_other = judged[i] == 0 && !links[i].trusted && choice.used[i] == 0;
+    const bool is_other =
+        judged[i] == 0 && !links[i].trusted && !links[i].doubtful && choice.used[i] == 0;
     if (is_other && forest.root[links[i].from] == forest.root[links[i].to] && ways.agree(links[i]))
       use(i);
   }

@@ -25,6 +25,7 @@ struct GraphLink {
   Matrix6 covariance = Matrix6::Identity();  ///< of T_to_from, see Matrix6
   bool trusted = false;                      ///< between neighbours
   bool strong = false;                       ///< one of them is enough to join components
+  bool doubtful = false;                     ///< speaks against joining, and is never used
   std::int64_t from_view = 0;                ///< views that links share are one piece of evidence
   std::int64_t to_view = 0;
 };

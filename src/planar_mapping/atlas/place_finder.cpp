@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "planar_mapping/atlas/atlas_rows.h"
+#include "planar_mapping/atlas/cloud_places.h"
 #include "planar_mapping/base/error.h"
 #include "planar_mapping/base/random.h"
 
@@ -21,8 +22,7 @@ constexpr std::size_t kTables = 8;    // of the signs of 16 values each
 constexpr int kMaxDistance = 32;      // signs of 128 that differ in what may be the same feature
 // A bucket with more descriptors than this says nothing of the place.
 constexpr std::size_t kMaxBucket = 256;
-constexpr std::size_t kPerSubmap = 3;   // candidates: they show the same
-constexpr std::size_t kCandidates = 4;  // keyframes checked for each new one
+constexpr std::size_t kPerSubmap = 3;  // candidates: they show the same
 
 using Signs = std::array<std::uint64_t, 2>;
 
@@ -157,29 +157,33 @@ bool PlaceFinder::knows(const Keyframe& key) {
          key.descriptors.size() == key.sightings.size() * key.descriptor_bytes;
 }
 
-PlaceFinder::PlaceFinder() : index_(std::make_unique<Index>()) {}
+PlaceFinder::PlaceFinder()
+    : index_(std::make_unique<Index>()), clouds_(std::make_unique<detail::CloudPlaces>()) {}
 PlaceFinder::~PlaceFinder() = default;
 PlaceFinder::PlaceFinder(PlaceFinder&&) noexcept = default;
 PlaceFinder& PlaceFinder::operator=(PlaceFinder&&) noexcept = default;
 
 void PlaceFinder::add(const Keyframe& key) {
-  index_->add(key);
+  key.points.empty() ? index_->add(key) : clouds_->add(key);
 }
 
 std::size_t PlaceFinder::size() const {
-  return index_->size();
+  return index_->size() + clouds_->size();
 }
 
 std::vector<std::int64_t> PlaceFinder::candidates(const Keyframe& key, std::size_t n,
                                                   const std::vector<std::int64_t>& excluded) const {
-  return index_->candidates(key, n, excluded);
+  return key.points.empty() ? index_->candidates(key, n, excluded)
+                            : clouds_->candidates(key, n, excluded);
 }
 
-std::vector<Link> PlaceFinder::links(const Keyframe& key, const std::vector<Keyframe>& known,
-                                     const std::vector<std::int64_t>& excluded) const {
+std::vector<Link> PlaceFinder::links(const Keyframe& key, const AtlasData& data,
+                                     const std::vector<std::int64_t>& excluded,
+                                     std::size_t most) const {
+  if (!key.points.empty()) return clouds_->links(key, data, excluded, most);
   std::vector<Link> found;
-  for (const std::int64_t candidate : candidates(key, kCandidates, excluded)) {
-    std::optional<Link> link = verify(key, detail::rowOf(known, candidate));
+  for (const std::int64_t candidate : candidates(key, most, excluded)) {
+    std::optional<Link> link = verify(key, detail::rowOf(data.keyframes, candidate));
     if (link) found.push_back(std::move(*link));
   }
   return found;

@@ -14,8 +14,12 @@
 #include "planar_mapping/base/export.h"
 
 namespace planar_mapping {
+namespace detail {
+class CloudPlaces;
+}
 
-/// Recognises places: an index over keyframes by their descriptors, and the check of two of them.
+/// Recognises places: of images by an index over descriptors and the check of two keyframes, of
+/// clouds without images by their surfaces.
 ///
 /// Results depend on what was added and in which order, on nothing else. Const functions may be
 /// called from several threads at once.
@@ -28,23 +32,26 @@ class PLANAR_MAPPING_EXPORT PlaceFinder {
 
   /// Whether a keyframe has descriptors of the size that is looked for; features or not.
   static bool knows(const Keyframe& key);
-  /// About 10 kB of memory.
+  /// About 10 kB of memory for an image.
   /// \throws InputError for descriptors of another size than the sightings say or than those before
   void add(const Keyframe& key);
   std::size_t size() const;
 
   /// Keyframes that look alike, the most alike first: by votes of descriptors, rare ones count
-  /// more. Those of the same submap and of \p excluded ones are left out.
-  /// \param n         at most
-  /// \param excluded  ids of submaps, such as its neighbours
+  /// more; scans by their ranges, other clouds are like none. Those of the same submap and of \p
+  /// excluded ones are left out. \param n         at most \param excluded  ids of submaps, such as
+  /// its neighbours
   std::vector<std::int64_t> candidates(const Keyframe& key, std::size_t n,
                                        const std::vector<std::int64_t>& excluded = {}) const;
 
-  /// The links from a new keyframe to the four that look most like it and show the same place.
-  /// \param known     by id, with all that were added
+  /// The links from a new keyframe to those that look most like it and show the same place. A cloud
+  /// without an image is also registered to the two submaps of its component that are nearest.
+  /// \param data      with all keyframes that were added, and their submaps
   /// \param excluded  as candidates()
-  std::vector<Link> links(const Keyframe& key, const std::vector<Keyframe>& known,
-                          const std::vector<std::int64_t>& excluded = {}) const;
+  /// \param most      keyframes that are checked
+  std::vector<Link> links(const Keyframe& key, const AtlasData& data,
+                          const std::vector<std::int64_t>& excluded = {},
+                          std::size_t most = 4) const;
 
   /// The link from the submap of \p a to that of \p b, if both see the same place: features that
   /// agree with one motion, depths that agree both ways. Id 0, LinkKind::Loop.
@@ -53,6 +60,7 @@ class PLANAR_MAPPING_EXPORT PlaceFinder {
  private:
   class Index;
   std::unique_ptr<Index> index_;
+  std::unique_ptr<detail::CloudPlaces> clouds_;
 };
 
 }  // namespace planar_mapping

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "planar_mapping/atlas/atlas_parts.h"
+#include "planar_mapping/atlas/cloud_places.h"
 #include "planar_mapping/atlas/graph_solver.h"
 #include "planar_mapping/atlas/link_consistency.h"
 #include "planar_mapping/base/error.h"
@@ -44,6 +45,7 @@ Graph graphOf(const AtlasData& data) {
   std::map<std::int64_t, std::size_t> nodes;
   for (const Submap& submap : data.submaps) nodes.emplace(submap.id, nodes.size());
   Graph graph;
+  const std::size_t count = data.links.size() + data.submaps.size();
   for (std::size_t i = 0; i < data.links.size(); ++i) {
     const Link& link = data.links[i];
     if (link.state == LinkState::Refused) continue;
@@ -59,10 +61,18 @@ Graph graphOf(const AtlasData& data) {
     edge.strong = link.kind == LinkKind::Loop && link.evidence.inliers >= kStrongInliers &&
                   link.evidence.agreement >= kStrongAgreement &&
                   link.evidence.seen_through <= kStrongSeenThrough;
-    // Those without keyframes count each for itself.
-    const auto own = -1 - static_cast<std::int64_t>(i);
-    edge.from_view = link.from_keyframe >= 0 ? link.from_keyframe : own;
-    edge.to_view = link.to_keyframe >= 0 ? link.to_keyframe : own;
+    // Those without keyframes count each for itself, those by surfaces for their submaps: what
+    // surrounds one cloud surrounds the next one, too.
+    const auto number = [](std::size_t n) { return -1 - static_cast<std::int64_t>(n); };
+    const bool is_surface = link.kind == LinkKind::Surface;
+    edge.doubtful = is_surface && link.evidence.seen_through > detail::kSurfaceDoubt;
+    const std::size_t kind = edge.doubtful ? 2 : 1;
+    edge.from_view = is_surface                ? number(kind * count + edge.from)
+                     : link.from_keyframe >= 0 ? link.from_keyframe
+                                               : number(i);
+    edge.to_view = is_surface              ? number(kind * count + edge.to)
+                   : link.to_keyframe >= 0 ? link.to_keyframe
+                                           : number(i);
     graph.links.push_back(edge);
     graph.origin.push_back(i);
   }

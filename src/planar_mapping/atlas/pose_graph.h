@@ -21,9 +21,9 @@ struct PoseGraphResult {
 ///
 /// Links that contradict the others become Rejected before: neighbours are trusted, of the others
 /// those are used that agree in pairs. Two components are joined by at least two pairs of keyframes
-/// that agree, or by one with very much evidence, beyond what contradicts them; links that do not
-/// suffice are Rejected until more of them come. Refused ones do not exist for it. Links between
-/// joined submaps get their residual, others the last one.
+/// that agree (of clouds without images: of submaps), or by one with very much evidence, beyond
+/// what contradicts them; links that do not suffice are Rejected until more of them come. Refused
+/// ones do not exist for it. Links between joined submaps get their residual, others the last one.
 ///
 /// The first submap of a component stays where it is; one that begins a component after it had been
 /// joined to another returns to the identity, the frame that its poses were found in. Apart from

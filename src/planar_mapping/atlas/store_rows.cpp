@@ -64,6 +64,10 @@ void requireSound(const Keyframe& keyframe) {
   requireThat(cells == 0 || (keyframe.cells_across > 0 &&
                              cells % static_cast<std::size_t>(keyframe.cells_across) == 0),
               name, "has inverse depths that are no whole rows");
+  requireThat(keyframe.points.size() % 3 == 0, name, "has a point that is cut short");
+  requireThat(
+      std::isfinite(keyframe.point_step) && (keyframe.points.empty() || keyframe.point_step > 0.0),
+      name, "has points without a unit");
 }
 
 void requireSound(const Link& link) {
@@ -201,7 +205,7 @@ void insertSubmaps(SqliteFile& file, const AtlasData& part, const MapBytes& byte
 
 void insertKeyframes(SqliteFile& file, const AtlasData& part) {
   SqliteStatement insert(
-      file, "INSERT INTO keyframes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+      file, "INSERT INTO keyframes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   for (const Keyframe& keyframe : part.keyframes) {
     requireSound(keyframe);
     writeRow("keyframe", keyframe.id, file, [&]() {
@@ -213,7 +217,8 @@ void insertKeyframes(SqliteFile& file, const AtlasData& part) {
                  integer(keyframe.width), integer(keyframe.height), viewOf(keyframe.sightings),
                  viewOf(keyframe.descriptors), integer(keyframe.descriptor_bytes),
                  viewOf(keyframe.inverse_depths), integer(keyframe.cells_across),
-                 viewOf(keyframe.thumbnail));
+                 viewOf(keyframe.thumbnail), viewOf(keyframe.points), keyframe.point_step,
+                 integer(keyframe.is_scan));
     });
   }
 }
@@ -270,8 +275,8 @@ void readKeyframes(SqliteFile& file, AtlasContent content, AtlasData& data) {
                       std::string("SELECT id, submap, frame, source, timestamp, T_submap_keyframe, "
                                   "camera, width, height, ") +
                           (is_whole ? "sightings, descriptors, descriptor_bytes, inverse_depths, "
-                                      "cells_across, thumbnail"
-                                    : "x'', x'', 0, x'', 0, x''") +
+                                      "cells_across, thumbnail, points, point_step, is_scan"
+                                    : "x'', x'', 0, x'', 0, x'', x'', 0.0, 0") +
                           " FROM keyframes ORDER BY id");
   while (row.next()) {
     Keyframe keyframe;
@@ -291,6 +296,9 @@ void readKeyframes(SqliteFile& file, AtlasContent content, AtlasData& data) {
     keyframe.inverse_depths = listOf<std::uint16_t>(row.blob(12), name);
     keyframe.cells_across = countOf<int>(row.integer(13), name);
     keyframe.thumbnail = listOf<std::uint8_t>(row.blob(14), name);
+    keyframe.points = listOf<std::int16_t>(row.blob(15), name);
+    keyframe.point_step = row.real(16);
+    keyframe.is_scan = row.integer(17) != 0;
     requireSound(keyframe);
     data.keyframes.push_back(std::move(keyframe));
   }

@@ -128,7 +128,7 @@ std::string RunAtlas::finish() {
   storeSubmaps();
   const AtlasData& data = pipeline_.atlas()->data();
   const auto loops = std::count_if(data.links.begin(), data.links.end(), [](const Link& link) {
-    return link.kind == LinkKind::Loop && link.state == LinkState::Used;
+    return link.kind != LinkKind::Neighbour && link.state == LinkState::Used;
   });
   return "atlas " + std::filesystem::path(store_->path).filename().string() + ": " +
          std::to_string(data.submaps.size()) + " submaps, " +

@@ -135,7 +135,7 @@ SurveyReport SurveyJobs::links(std::size_t piece, bool allow_missing) const {
       std::vector<std::int64_t> neighbours;
       if (tie && key.submap == tie->to_submap + rows[own].submap)
         neighbours.push_back(tie->from_submap + rows[own - 1].submap);
-      for (Link& link : places.links(key, all.keyframes, neighbours)) {
+      for (Link& link : places.links(key, all, neighbours)) {
         std::size_t to = own - 1;
         while (rows[to].submap > link.to_submap) --to;
         link.from_submap -= rows[own].submap;

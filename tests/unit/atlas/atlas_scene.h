@@ -136,6 +136,9 @@ inline void expectSame(const AtlasData& a, const AtlasData& b) {
     EXPECT_EQ(left.inverse_depths, right.inverse_depths);
     EXPECT_EQ(left.cells_across, right.cells_across);
     EXPECT_EQ(left.thumbnail, right.thumbnail);
+    EXPECT_EQ(left.points, right.points);
+    EXPECT_EQ(left.point_step, right.point_step);
+    EXPECT_EQ(left.is_scan, right.is_scan);
   }
   ASSERT_EQ(a.links.size(), b.links.size());
   for (std::size_t i = 0; i < a.links.size(); ++i) {

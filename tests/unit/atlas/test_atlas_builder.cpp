@@ -229,9 +229,9 @@ TEST(AtlasBuilder, CloudsWithoutImagesCloseLoops) {
   Loop(builder, Pose::Identity(), 1, false).walk(frames);
   const AtlasData& data = builder.data();
   EXPECT_EQ(5u, data.submaps.size());
-  EXPECT_TRUE(data.keyframes.empty());
+  for (const Keyframe& key : data.keyframes) EXPECT_FALSE(key.points.empty() || key.is_scan);
   EXPECT_EQ(static_cast<std::size_t>(frames), builder.map().frames());
-  EXPECT_GE(countOf(data, LinkKind::Loop), 3u);
+  EXPECT_GE(countOf(data, LinkKind::Surface), 3u);
   const Vector3 truth = test::aroundRoom(frames - 1, kTurn).translation();
   const Vector3 drifted = driftAfter(frames - 1) * truth;
   const double before = (drifted - truth).norm();

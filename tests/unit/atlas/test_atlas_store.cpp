@@ -37,7 +37,7 @@ std::string rowsOf(const std::string& path) {
         "SELECT submap, hex(pmap) FROM maps",
         "SELECT id, submap, frame, source, timestamp, hex(T_submap_keyframe), hex(camera), width, "
         "height, hex(sightings), hex(descriptors), descriptor_bytes, hex(inverse_depths), "
-        "cells_across, hex(thumbnail) FROM keyframes",
+        "cells_across, hex(thumbnail), hex(points), point_step, is_scan FROM keyframes",
         "SELECT id, kind, state, from_submap, to_submap, from_keyframe, to_keyframe, "
         "hex(T_to_from), hex(covariance), inliers, matches, off_plane, agreement, seen_through, "
         "log_odds, residual FROM "
@@ -63,12 +63,15 @@ class AtlasStoreTest : public ::testing::Test {
 TEST_F(AtlasStoreTest, GivesBackEveryBit) {
   AtlasData data = walkedAtlas(3);
   data.links.back().from_keyframe = data.links.back().to_keyframe = -1;
-  data.links.back().kind = LinkKind::Plane;
+  data.links.back().kind = LinkKind::Surface;
   data.links.back().state = LinkState::Rejected;
   data.keyframes[1].sightings.clear();
   data.keyframes[1].descriptors.clear();
   data.keyframes[1].inverse_depths.clear();
   data.keyframes[1].cells_across = 0;
+  data.keyframes[1].points = {1, -32767, 32767};
+  data.keyframes[1].point_step = 3e-30;
+  data.keyframes[1].is_scan = true;
   data.sessions[0].source = std::string("a'b\0c", 5);
   saveAtlas(data, directory_ / "a.atlas");
   expectSame(data, loadAtlas(directory_ / "a.atlas"));

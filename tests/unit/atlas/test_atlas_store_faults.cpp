@@ -79,7 +79,7 @@ TEST_F(AtlasFaults, WhatIsNoAtlasIsRefused) {
   expectUnreadable("of another program");
   expectProblem("of another program", [this]() { AtlasStore::open(path_, AtlasAccess::Write); });
   changeBySql(copy(), "PRAGMA user_version = 1");
-  expectUnreadable("is an atlas of version 1, but this program reads version 3");
+  expectUnreadable("is an atlas of version 1, but this program reads version 4");
   changeBySql(copy(), "ALTER TABLE sessions ADD COLUMN more TEXT");
   expectUnreadable("tables");
   changeBySql(copy(), "DROP TABLE links");

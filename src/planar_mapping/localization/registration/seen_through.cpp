@@ -76,6 +76,23 @@ SeenThrough SeenRanges::compare(const Surfel& plane, const Pose& T_sensor_plane)
   return {least > range + tolerance ? std::size_t{1} : std::size_t{0}, 1};
 }
 
+SeenThrough SeenRanges::compare(const PointsView& points, const Pose& T_sensor_points) const {
+  constexpr double kPoseError = 0.15;   // metres, of a registration
+  constexpr double kRangeError = 0.01;  // of the range
+  SeenThrough result;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    const Vector3 point = T_sensor_points * points.point(i);
+    const double range = point.norm();
+    const double tolerance = kPoseError + kRangeError * range;
+    if (!(range > tolerance)) continue;
+    const double least = leastAround(point / range);
+    if (!std::isfinite(least) || least < range - tolerance) continue;
+    ++result.compared;
+    if (least > range + tolerance) ++result.through;
+  }
+  return result;
+}
+
 void SeenRanges::markGone(SurfaceCells& cells, const Pose& T_sensor_cells) const {
   cells.markGone([&](const Surfel& plane) { return compare(plane, T_sensor_cells).through > 0; });
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "planar_mapping/base/export.h"
 #include "planar_mapping/localization/registration/surface_cells.h"
 
 namespace planar_mapping::detail {
@@ -24,11 +25,11 @@ struct SeenThrough {
 };
 
 /// How far a sensor saw, by direction: the least range of each bin of azimuth and elevation.
-class SeenRanges {
+class PLANAR_MAPPING_EXPORT SeenRanges {
  public:
   SeenRanges() = default;
   /// \param cloud sensor's frame
-  SeenRanges(const PointsView& cloud, const SurfaceMapParams& params);
+  explicit SeenRanges(const PointsView& cloud, const SurfaceMapParams& params = {});
 
   /// Compares with the planes that face the sensor and lie where it looked: its rays went through
   /// one if nothing it saw there is as near. What it saw in front of a plane hides it, which says
@@ -36,6 +37,8 @@ class SeenRanges {
   SeenThrough compare(const std::vector<Surfel>& planes, const Pose& T_sensor_planes) const;
   /// The same of one plane.
   SeenThrough compare(const Surfel& plane, const Pose& T_sensor_plane) const;
+  /// The same of points, which show what is smaller than a cell.
+  SeenThrough compare(const PointsView& points, const Pose& T_sensor_points) const;
   /// Marks what the rays went through as gone.
   void markGone(SurfaceCells& cells, const Pose& T_sensor_cells) const;
 
