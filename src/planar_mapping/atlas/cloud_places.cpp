@@ -135,17 +135,19 @@ std::vector<std::int64_t> CloudPlaces::candidates(const Keyframe& key, std::size
   return bestOfSubmaps(std::move(order), n);
 }
 
-/// Clouds of the submaps of its own component that saw its surroundings from nearest.
+/// Clouds of the submaps of its own component that saw its surroundings from nearest: those of its
+/// own session, or of others.
 std::vector<std::int64_t> CloudPlaces::nearest(const Keyframe& key, const AtlasData& data,
                                                const Submap& own,
                                                const std::vector<std::int64_t>& excluded,
-                                               double reach) const {
+                                               double reach, bool of_own_session) const {
   const Vector3 middle =
       own.T_world_submap * (key.T_submap_keyframe * middleOf(KeyframePoints(key).view()));
   std::vector<std::pair<double, const Kept*>> order;
   for (const Kept& other : clouds_) {
     const Submap& submap = rowOf(data.submaps, other.submap);
-    if (submap.id == own.id || submap.component != own.component || contains(excluded, submap.id))
+    if (submap.id == own.id || submap.component != own.component ||
+        (submap.session == own.session) != of_own_session || contains(excluded, submap.id))
       continue;
     const double apart = (submap.T_world_submap * other.middle - middle).norm();
     if (apart < reach) order.emplace_back(apart, &other);
@@ -164,13 +166,13 @@ SurfaceMap CloudPlaces::mapOf(std::int64_t submap, const AtlasData& data,
   return map;
 }
 
-/// Of the points of a cloud, what clouds of a component saw through that were taken nearby, or of
-/// theirs what it saw through: rooms of one shape differ in what stands in them. Nothing where less
-/// than half can be compared.
+/// Of the points of a cloud, what clouds saw through that were taken nearby, or of theirs what it
+/// saw through: rooms of one shape differ in what stands in them. Nothing where less than half can
+/// be compared.
 /// \param T_world_key  in the world of the component
+/// \param beside       of the component and session of the others
 std::optional<double> CloudPlaces::seenThrough(const Keyframe& key, const Pose& T_world_key,
-                                               std::int64_t component,
-                                               const AtlasData& data) const {
+                                               const Submap& beside, const AtlasData& data) const {
   constexpr std::size_t kViews = 3;
   constexpr double kReach = 4.0;  // metres
   std::vector<std::pair<double, const Kept*>> near;
@@ -179,7 +181,10 @@ std::optional<double> CloudPlaces::seenThrough(const Keyframe& key, const Pose& 
            rowOf(data.keyframes, cloud.id).T_submap_keyframe;
   };
   for (const Kept& cloud : clouds_) {
-    if (cloud.id == key.id || rowOf(data.submaps, cloud.submap).component != component) continue;
+    const Submap& submap = rowOf(data.submaps, cloud.submap);
+    if (cloud.id == key.id || submap.component != beside.component ||
+        submap.session != beside.session)
+      continue;
     const double apart = (poseOf(cloud).translation() - T_world_key.translation()).norm();
     if (apart < kReach) near.emplace_back(apart, &cloud);
   }
@@ -204,45 +209,49 @@ std::vector<Link> CloudPlaces::links(const Keyframe& key, const AtlasData& data,
                                      std::size_t most) const {
   const KeyframePoints points(key);
   const PointsView cloud = points.view();
-  const SurfaceMapParams usual = key.is_scan ? SurfaceMapParams::ofScanner() : SurfaceMapParams();
-  const SurfaceMapParams params = surfaceParamsFor(cloud, usual);
-  std::vector<Link> found, elsewhere;
-  const auto through = [&](const CloudRegistration& place, const Submap& other) {
-    return seenThrough(key, other.T_world_submap * place.T_world_sensor, other.component, data);
-  };
+  const SurfaceMapParams params =
+      surfaceParamsFor(cloud, key.is_scan ? SurfaceMapParams::ofScanner() : SurfaceMapParams());
+  const Submap* const own = key.submap < 0 ? nullptr : &rowOf(data.submaps, key.submap);
+  std::vector<Link> found, doubts;
   std::vector<std::int64_t> known = excluded;
-  if (key.submap >= 0) {
-    const Submap& own = rowOf(data.submaps, key.submap);
-    for (const std::int64_t id : nearest(key, data, own, excluded, params.search_reach)) {
-      const Keyframe& other = rowOf(data.keyframes, id);
-      const Submap& submap = rowOf(data.submaps, other.submap);
-      const SurfaceMap map = mapOf(submap.id, data, params);
-      const Pose guess =
-          submap.T_world_submap.inverse() * own.T_world_submap * key.T_submap_keyframe;
-      const CloudRegistration place = map.locateFar(cloud, guess, map.locateNear(cloud, guess));
-      if (!place.found || place.fraction < params.min_fraction) continue;
-      const double seen_through = through(place, submap).value_or(0.0);
-      if (seen_through <= kSurfaceDoubt || submap.session != own.session)
-        found.push_back(linkOf(key, other, place, seen_through));
-    }
+  const auto add = [&](const Keyframe& other, const CloudRegistration& place) {
+    if (!place.found || place.fraction < params.min_fraction) return;
+    const Submap& submap = rowOf(data.submaps, other.submap);
+    const std::optional<double> seen_through =
+        seenThrough(key, submap.T_world_submap * place.T_world_sensor, submap, data);
+    if (!seen_through) return;
+    // Within a session the way between two submaps says enough.
+    const bool is_told =
+        own == nullptr || (submap.component == own->component && submap.session == own->session);
+    if (*seen_through <= kMostSeenThrough)
+      found.push_back(linkOf(key, other, place, *seen_through));
+    else if (*seen_through > kSurfaceDoubt && !is_told)
+      doubts.push_back(linkOf(key, other, place, *seen_through));
+  };
+  if (own != nullptr)
     for (const Submap& submap : data.submaps)
-      if (submap.component == own.component) known.push_back(submap.id);
-  }
+      if (submap.component == own->component) known.push_back(submap.id);
   for (const std::int64_t id : candidates(key, most, known)) {
     const Keyframe& other = rowOf(data.keyframes, id);
     const SurfaceMap map = mapOf(other.submap, data, params);
-    const CloudRegistration place = map.locateFar(cloud, other.T_submap_keyframe, {});
-    const Submap& submap = rowOf(data.submaps, other.submap);
-    if (!place.found) continue;
-    const std::optional<double> seen_through = through(place, submap);
-    if (!seen_through) continue;
-    if (*seen_through <= kMostSeenThrough)
-      elsewhere.push_back(linkOf(key, other, place, *seen_through));
-    if (*seen_through > kSurfaceDoubt && key.submap >= 0)
-      found.push_back(linkOf(key, other, place, *seen_through));
+    add(other, map.locateFar(cloud, other.T_submap_keyframe, {}));
   }
-  leaveOutAmbiguous(key, data, elsewhere);
-  found.insert(found.end(), elsewhere.begin(), elsewhere.end());
+  leaveOutAmbiguous(key, data, found);
+  if (own != nullptr) {
+    std::vector<std::int64_t> near;
+    for (const bool of_own_session : {true, false})
+      for (const std::int64_t id :
+           nearest(key, data, *own, excluded, params.search_reach, of_own_session))
+        near.push_back(id);
+    for (const std::int64_t id : near) {
+      const Keyframe& other = rowOf(data.keyframes, id);
+      const SurfaceMap map = mapOf(other.submap, data, params);
+      const Pose guess = rowOf(data.submaps, other.submap).T_world_submap.inverse() *
+                         own->T_world_submap * key.T_submap_keyframe;
+      add(other, map.locateFar(cloud, guess, map.locateNear(cloud, guess)));
+    }
+  }
+  found.insert(found.end(), doubts.begin(), doubts.end());
   return found;
 }
 

@@ -16,7 +16,7 @@ namespace planar_mapping::detail {
 /// A cloud that lies on surfaces of another submap, but so much of whose points was seen through
 /// there or the other way round, speaks against the link: rooms of one shape differ in what stands
 /// in them.
-constexpr double kSurfaceDoubt = 0.03;
+constexpr double kSurfaceDoubt = 0.02;
 
 /// Recognises places by the surfaces that clouds without images show: a cloud is registered to
 /// those of submaps that may have seen the same surroundings.
@@ -56,9 +56,10 @@ class CloudPlaces {
   };
   static Ranges rangesOf(const PointsView& points);
   std::vector<std::int64_t> nearest(const Keyframe& key, const AtlasData& data, const Submap& own,
-                                    const std::vector<std::int64_t>& excluded, double reach) const;
+                                    const std::vector<std::int64_t>& excluded, double reach,
+                                    bool of_own_session) const;
   std::optional<double> seenThrough(const Keyframe& key, const Pose& T_world_key,
-                                    std::int64_t component, const AtlasData& data) const;
+                                    const Submap& beside, const AtlasData& data) const;
   SurfaceMap mapOf(std::int64_t submap, const AtlasData& data,
                    const SurfaceMapParams& params) const;
 

@@ -77,8 +77,8 @@ SeenThrough SeenRanges::compare(const Surfel& plane, const Pose& T_sensor_plane)
 }
 
 SeenThrough SeenRanges::compare(const PointsView& points, const Pose& T_sensor_points) const {
-  constexpr double kPoseError = 0.15;   // metres, of a registration
-  constexpr double kRangeError = 0.01;  // of the range
+  constexpr double kPoseError = 0.2;    // metres, of a registration
+  constexpr double kRangeError = 0.03;  // of the range: its turn, slant within a bin
   SeenThrough result;
   for (std::size_t i = 0; i < points.size; ++i) {
     const Vector3 point = T_sensor_points * points.point(i);
