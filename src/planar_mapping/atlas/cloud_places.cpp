@@ -169,10 +169,12 @@ SurfaceMap CloudPlaces::mapOf(std::int64_t submap, const AtlasData& data,
 /// Of the points of a cloud, what clouds saw through that were taken nearby, or of theirs what it
 /// saw through: rooms of one shape differ in what stands in them. Nothing where less than half can
 /// be compared.
-/// \param T_world_key  in the world of the component
-/// \param beside       of the component and session of the others
+/// \param T_world_key    in the world of the component
+/// \param beside         of the component and session of the others
+/// \param within_submap  the others are of that submap: the rest of its session may have drifted
 std::optional<double> CloudPlaces::seenThrough(const Keyframe& key, const Pose& T_world_key,
-                                               const Submap& beside, const AtlasData& data) const {
+                                               const Submap& beside, bool within_submap,
+                                               const AtlasData& data) const {
   constexpr std::size_t kViews = 3;
   constexpr double kReach = 4.0;  // metres
   std::vector<std::pair<double, const Kept*>> near;
@@ -182,11 +184,11 @@ std::optional<double> CloudPlaces::seenThrough(const Keyframe& key, const Pose& 
   };
   for (const Kept& cloud : clouds_) {
     const Submap& submap = rowOf(data.submaps, cloud.submap);
-    if (cloud.id == key.id || submap.component != beside.component ||
-        submap.session != beside.session)
+    if (within_submap ? submap.id != beside.id
+                      : submap.component != beside.component || submap.session != beside.session)
       continue;
     const double apart = (poseOf(cloud).translation() - T_world_key.translation()).norm();
-    if (apart < kReach) near.emplace_back(apart, &cloud);
+    if (within_submap || apart < kReach) near.emplace_back(apart, &cloud);
   }
   std::stable_sort(near.begin(), near.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -217,15 +219,15 @@ std::vector<Link> CloudPlaces::links(const Keyframe& key, const AtlasData& data,
   const auto add = [&](const Keyframe& other, const CloudRegistration& place) {
     if (!place.found || place.fraction < params.min_fraction) return;
     const Submap& submap = rowOf(data.submaps, other.submap);
-    const std::optional<double> seen_through =
-        seenThrough(key, submap.T_world_submap * place.T_world_sensor, submap, data);
-    if (!seen_through) return;
     // Within a session the way between two submaps says enough.
     const bool is_told =
-        own == nullptr || (submap.component == own->component && submap.session == own->session);
-    if (*seen_through <= kMostSeenThrough)
+        own != nullptr && submap.component == own->component && submap.session == own->session;
+    const std::optional<double> seen_through =
+        seenThrough(key, submap.T_world_submap * place.T_world_sensor, submap, is_told, data);
+    if (!seen_through) return;
+    if (*seen_through <= (is_told ? kSurfaceDoubt : kMostSeenThrough))
       found.push_back(linkOf(key, other, place, *seen_through));
-    else if (*seen_through > kSurfaceDoubt && !is_told)
+    else if (*seen_through > kSurfaceDoubt && !is_told && own != nullptr)
       doubts.push_back(linkOf(key, other, place, *seen_through));
   };
   if (own != nullptr)

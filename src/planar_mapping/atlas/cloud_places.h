@@ -59,7 +59,8 @@ class CloudPlaces {
                                     const std::vector<std::int64_t>& excluded, double reach,
                                     bool of_own_session) const;
   std::optional<double> seenThrough(const Keyframe& key, const Pose& T_world_key,
-                                    const Submap& beside, const AtlasData& data) const;
+                                    const Submap& beside, bool within_submap,
+                                    const AtlasData& data) const;
   SurfaceMap mapOf(std::int64_t submap, const AtlasData& data,
                    const SurfaceMapParams& params) const;
 
