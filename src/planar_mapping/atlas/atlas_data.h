@@ -107,6 +107,14 @@ struct Link {
   Matrix6 covariance = Matrix6::Identity();  ///< of T_to_from; see Matrix6
   LinkEvidence evidence;
   double residual = 0.0;  ///< squared Mahalanobis distance from the solution, 6 degrees of freedom
+
+  /// Of a cloud that lies on surfaces of the other submap, but so much of whose points was seen
+  /// through there or the other way round: it is never used, and speaks against joining. Rooms of
+  /// one shape differ in what stands in them.
+  bool isDoubt() const {
+    constexpr double kMostSeenThrough = 0.02;
+    return kind == LinkKind::Surface && evidence.seen_through > kMostSeenThrough;
+  }
 };
 
 /// All that a store holds (*.atlas).

@@ -20,6 +20,7 @@ constexpr std::size_t kNearest = 2;  // submaps of its own component that a clou
 constexpr double kSharedShift = 0.01;  // metres
 constexpr double kSharedTurn = 0.002;  // radians
 // Of the points of two clouds, where the other one saw through: edges, and somebody who walks by.
+// Half of what makes a doubt.
 constexpr double kMostSeenThrough = 0.01;
 
 /// The points of a keyframe, metres.
@@ -225,10 +226,11 @@ std::vector<Link> CloudPlaces::links(const Keyframe& key, const AtlasData& data,
     const std::optional<double> seen_through =
         seenThrough(key, submap.T_world_submap * place.T_world_sensor, submap, is_told, data);
     if (!seen_through) return;
-    if (*seen_through <= (is_told ? kSurfaceDoubt : kMostSeenThrough))
-      found.push_back(linkOf(key, other, place, *seen_through));
-    else if (*seen_through > kSurfaceDoubt && !is_told && own != nullptr)
-      doubts.push_back(linkOf(key, other, place, *seen_through));
+    const Link link = linkOf(key, other, place, *seen_through);
+    if (is_told ? !link.isDoubt() : *seen_through <= kMostSeenThrough)
+      found.push_back(link);
+    else if (link.isDoubt() && !is_told && own != nullptr)
+      doubts.push_back(link);
   };
   if (own != nullptr)
     for (const Submap& submap : data.submaps)

@@ -13,11 +13,6 @@
 
 namespace planar_mapping::detail {
 
-/// A cloud that lies on surfaces of another submap, but so much of whose points was seen through
-/// there or the other way round, speaks against the link: rooms of one shape differ in what stands
-/// in them.
-constexpr double kSurfaceDoubt = 0.02;
-
 /// Recognises places by the surfaces that clouds without images show: a cloud is registered to
 /// those of submaps that may have seen the same surroundings.
 ///
@@ -37,10 +32,10 @@ class CloudPlaces {
   std::vector<std::int64_t> candidates(const Keyframe& key, std::size_t n,
                                        const std::vector<std::int64_t>& excluded) const;
 
-  /// The links from the submap of a new cloud to those that show its surroundings, and to others
-  /// the doubtful ones (kSurfaceDoubt). \param data      with all keyframes that were added, and
-  /// their submaps \param excluded  ids of submaps that are left out, such as its neighbours \param
-  /// most      submaps of other components that it is compared with
+  /// The links from the submap of a new cloud to those that show its surroundings, and doubts.
+  /// \param data      with all keyframes that were added, and their submaps
+  /// \param excluded  ids of submaps that are left out, such as its neighbours
+  /// \param most      submaps of other components that it is compared with
   std::vector<Link> links(const Keyframe& key, const AtlasData& data,
                           const std::vector<std::int64_t>& excluded, std::size_t most) const;
 

@@ -9,7 +9,6 @@
 #include <string>
 
 #include "planar_mapping/atlas/atlas_parts.h"
-#include "planar_mapping/atlas/cloud_places.h"
 #include "planar_mapping/atlas/graph_solver.h"
 #include "planar_mapping/atlas/link_consistency.h"
 #include "planar_mapping/base/error.h"
@@ -65,7 +64,7 @@ Graph graphOf(const AtlasData& data) {
     // surrounds one cloud surrounds the next one, too.
     const auto number = [](std::size_t n) { return -1 - static_cast<std::int64_t>(n); };
     const bool is_surface = link.kind == LinkKind::Surface;
-    edge.doubtful = is_surface && link.evidence.seen_through > detail::kSurfaceDoubt;
+    edge.doubtful = link.isDoubt();
     const std::size_t kind = edge.doubtful ? 2 : 1;
     edge.from_view = is_surface                ? number(kind * count + edge.from)
                      : link.from_keyframe >= 0 ? link.from_keyframe

@@ -375,6 +375,7 @@ void Pipeline::addToAtlas(Frame& frame) {
   }
   const AtlasBuilder::Update update = atlas_->add(seen);
   for (const Link& link : update.links) {
+    if (link.isDoubt()) continue;
     const char* const states[] = {"used", "not used: others contradict it, or too few agree"};
     frame.notes.push_back(
         frame.source + ": loop " + std::to_string(link.id) + " between submaps " +

@@ -50,12 +50,19 @@ SurveyJson toJson(const Matrix6& matrix) {
 }
 SurveyJson toJson(const Link& link) {
   const LinkEvidence& evidence = link.evidence;
-  return {{"from_submap", link.from_submap},       {"to_submap", link.to_submap},
-          {"from_keyframe", link.from_keyframe},   {"to_keyframe", link.to_keyframe},
-          {"T_to_from", toJson(link.T_to_from)},   {"covariance", toJson(link.covariance)},
-          {"inliers", evidence.inliers},           {"matches", evidence.matches},
-          {"off_plane", evidence.off_plane},       {"agreement", evidence.agreement},
-          {"seen_through", evidence.seen_through}, {"log_odds", evidence.log_odds}};
+  return {{"kind", wordOf(link.kind)},
+          {"from_submap", link.from_submap},
+          {"to_submap", link.to_submap},
+          {"from_keyframe", link.from_keyframe},
+          {"to_keyframe", link.to_keyframe},
+          {"T_to_from", toJson(link.T_to_from)},
+          {"covariance", toJson(link.covariance)},
+          {"inliers", evidence.inliers},
+          {"matches", evidence.matches},
+          {"off_plane", evidence.off_plane},
+          {"agreement", evidence.agreement},
+          {"seen_through", evidence.seen_through},
+          {"log_odds", evidence.log_odds}};
 }
 
 Pose poseOf(const SurveyJson& json) {
@@ -68,6 +75,8 @@ Matrix6 matrixOf(const SurveyJson& json) {
 }
 Link linkOf(const SurveyJson& json) {
   Link link;
+  const std::string kind = json.at("kind");
+  link.kind = kind == wordOf(LinkKind::Surface) ? LinkKind::Surface : LinkKind::Loop;
   link.from_submap = json.at("from_submap");
   link.to_submap = json.at("to_submap");
   link.from_keyframe = json.at("from_keyframe");
