@@ -44,7 +44,11 @@ std::string uriOf(const std::string& path) {
 
 }  // namespace
 
-SqliteFile::SqliteFile(std::string path, SqliteMode mode) : path_(std::move(path)), mode_(mode) {
+SqliteFile::SqliteFile(std::string path, SqliteMode mode, Closed)
+    : path_(std::move(path)), mode_(mode) {}
+
+SqliteFile::SqliteFile(std::string path, SqliteMode mode)
+    : SqliteFile(std::move(path), mode, Closed()) {
   if (mode == SqliteMode::Memory) {
     open(SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_MEMORY, false);
     return;
@@ -76,18 +80,13 @@ void SqliteFile::open(int flags, bool is_immutable) {
   const int code = sqlite3_open_v2(name.c_str(), &handle_,
                                    flags | SQLITE_OPEN_URI | SQLITE_OPEN_EXRESCODE, nullptr);
   if (handle_ == nullptr) throw std::bad_alloc();
-  try {
-    if (code != SQLITE_OK) fail(code);
-    sqlite3_busy_timeout(handle_, kPatience);
-    // What a file that a stranger made could run is switched off.
-    sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
-    sqlite3_db_config(handle_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-    sqlite3_db_config(handle_, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
-    execute("PRAGMA cell_size_check = ON; PRAGMA foreign_keys = ON");
-  } catch (...) {
-    sqlite3_close(std::exchange(handle_, nullptr));
-    throw;
-  }
+  if (code != SQLITE_OK) fail(code);
+  sqlite3_busy_timeout(handle_, kPatience);
+  // What a file that a stranger made could run is switched off.
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  execute("PRAGMA cell_size_check = ON; PRAGMA foreign_keys = ON");
 }
 
 SqliteFile::~SqliteFile() {

@@ -49,6 +49,9 @@ class SqliteFile {
   [[noreturn]] void fail(int code) const;
 
  private:
+  /// The other constructor goes on from here: what it opens is closed, also where it throws.
+  struct Closed {};
+  SqliteFile(std::string path, SqliteMode mode, Closed);
   void open(int flags, bool is_immutable);
 
   std::string path_;

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -178,7 +179,12 @@ TEST_F(AtlasFaults, WhereNothingCanBeWrittenItIsReadOnly) {
   {
     const AsNobody nobody;
     expectSame(data_, loadAtlas(path_));
+    const auto opened = []() {
+      return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+    };
+    const auto before = opened();
     expectProblem("read-only", [this]() { AtlasStore::open(path_, AtlasAccess::Write); });
+    EXPECT_EQ(before, opened());
     expectProblem("cannot be created", [this]() { saveAtlas({}, path_, io::Overwrite::Allow); });
   }
   // As the sqlite3 program leaves it, and as a crash does.
