@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/base/export.h"
 #include "planar_mapping/base/random.h"
 #include "planar_mapping/localization/view_matching.h"
 
@@ -57,8 +58,9 @@ struct DepthComparison {
 };
 
 /// Inliers that are not on the plane which holds most of them.
-std::size_t offPlane(const std::vector<FeatureMatch>& matches,
-                     const std::vector<std::uint8_t>& is_inlier, Random& random);
+PLANAR_MAPPING_EXPORT std::size_t offPlane(const std::vector<FeatureMatch>& matches,
+                                           const std::vector<std::uint8_t>& is_inlier,
+                                           Random& random);
 
 /// Depths and gray values of the cells that the map and the frame both see, both ways, the worse
 /// counts: the part of PoseEvidence that does not depend on how the pose was found.
@@ -67,7 +69,8 @@ void weighCells(const LocalMap& map, const View& now, const Pose& T_now_map,
 
 /// How much likelier a pose is right than wrong (natural logarithm) by features and by what lies
 /// where the other view saw through. The weights were fitted to links with known motion.
-double featureLogOdds(std::size_t off_plane, double seen_again, double seen_through);
+PLANAR_MAPPING_EXPORT double featureLogOdds(std::size_t off_plane, double seen_again,
+                                            double seen_through);
 
 /// The same with gray values, without what was expected beforehand. \param by_features  else by
 /// surfaces alone

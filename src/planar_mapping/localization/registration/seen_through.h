@@ -11,7 +11,7 @@
 namespace planar_mapping::detail {
 
 /// Planes where a sensor looked: those its rays met or went through.
-struct SeenThrough {
+struct PLANAR_MAPPING_EXPORT SeenThrough {
   std::size_t through = 0;
   std::size_t compared = 0;
 
