@@ -24,8 +24,8 @@ bool invertCovariance(const Matrix3& covariance, Matrix3& inverse);
 
 /// Squared Mahalanobis distance between what a motion predicts and what was seen; infinite where
 /// there is no telling.
-double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
-                    const Pose& T_now_before);
+PLANAR_MAPPING_EXPORT double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
+                                          const Pose& T_now_before);
 
 /// Normal equations of the inliers at the last iterate.
 struct Refinement {
