@@ -32,8 +32,7 @@ class PLANAR_MAPPING_EXPORT AtlasLocalizer {
   explicit AtlasLocalizer(const AtlasData& atlas);
 
   /// By the keyframe that it agrees with best of the most alike ones; a cloud without an image has
-  /// to be a scan. Ids and pose of \p frame do
-  /// not matter.
+  /// to be a scan. Ids and pose of \p frame do not matter.
   /// \return nothing where too little agrees, or another place of the same component fits nearly as
   ///         well: rooms of one look. Components are not compared, since nothing says that they are
   ///         different places: the one with the most evidence answers.

@@ -38,9 +38,9 @@ class PLANAR_MAPPING_EXPORT PlaceFinder {
   std::size_t size() const;
 
   /// Keyframes that look alike, the most alike first: by votes of descriptors, rare ones count
-  /// more; scans by their ranges, other clouds are like none. Those of the same submap and of \p
-  /// excluded ones are left out. \param n         at most \param excluded  ids of submaps, such as
-  /// its neighbours
+  /// more; scans by their ranges, other clouds are like none. Without those of the same submap.
+  /// \param n         at most
+  /// \param excluded  ids of submaps that are left out too, such as its neighbours
   std::vector<std::int64_t> candidates(const Keyframe& key, std::size_t n,
                                        const std::vector<std::int64_t>& excluded = {}) const;
 
