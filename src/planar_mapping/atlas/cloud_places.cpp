@@ -16,7 +16,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr std::size_t kNearest = 2;  // submaps of its own component that a cloud is registered to
-// What all planes of a cloud share, so that many of them do not average it out.
+// What all planes of a cloud share.
 constexpr double kSharedShift = 0.01;  // metres
 constexpr double kSharedTurn = 0.002;  // radians
 // Of the points of two clouds, where the other one saw through: edges, and somebody who walks by.
@@ -64,18 +64,10 @@ std::vector<std::int64_t> bestOfSubmaps(std::vector<std::pair<double, const Clou
 
 Link linkOf(const Keyframe& key, const Keyframe& other, const CloudRegistration& place,
             double seen_through) {
-  Link link;
-  link.kind = LinkKind::Surface;
-  link.from_submap = key.submap;
-  link.to_submap = other.submap;
-  link.from_keyframe = key.id;
-  link.to_keyframe = other.id;
+  Link link = linkBetween(LinkKind::Surface, key, other);
   link.T_to_from = place.T_world_sensor * key.T_submap_keyframe.inverse();
-  Vector6 shared;
-  shared << Vector3::Constant(kSharedShift * kSharedShift),
-      Vector3::Constant(kSharedTurn * kSharedTurn);
-  link.covariance =
-      turnedCovariance(place.T_world_sensor, place.covariance + Matrix6(shared.asDiagonal()));
+  link.covariance = turnedCovariance(place.T_world_sensor,
+                                     withShared(place.covariance, kSharedShift, kSharedTurn));
   link.evidence.inliers = place.matched;
   link.evidence.matches = place.planes;
   link.evidence.agreement = place.fraction;

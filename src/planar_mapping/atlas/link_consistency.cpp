@@ -23,11 +23,12 @@ namespace {
 constexpr double kExtent = 10.0;  // metres
 // Wrong links agree with each other where things repeat: agreement says no more than this (150:1).
 constexpr double kMaxSupport = 5.0;
-// Views on either side that must agree beyond those that say otherwise before two parts are joined.
-constexpr int kJoiningViews = 2;
+// Sources on either side that must agree beyond those that say otherwise before two parts are
+// joined.
+constexpr int kJoiningSources = 2;
 
 // Of the links between two nodes that share no view so many are judged: twice what joins.
-constexpr std::size_t kJudged = 2 * kJoiningViews;
+constexpr std::size_t kJudged = 2 * kJoiningSources;
 
 constexpr float kContradicts = -1.0F;  // beside supports, which are >= 0
 
@@ -144,12 +145,13 @@ std::vector<std::uint8_t> judgedLinks(const std::vector<GraphLink>& links) {
     std::stable_sort(members.begin(), members.end(), [&](std::size_t i, std::size_t j) {
       return uncertaintyOf(links[i]) < uncertaintyOf(links[j]);
     });
-    std::set<std::int64_t> views;
+    std::set<LinkSource> sources;
     std::size_t count = 0;
     for (const std::size_t i : members) {
-      if (count == kJudged || views.count(links[i].from_view) + views.count(links[i].to_view) > 0)
+      if (count == kJudged ||
+          sources.count(links[i].from_source) + sources.count(links[i].to_source) > 0)
         continue;
-      views.insert({links[i].from_view, links[i].to_view});
+      sources.insert({links[i].from_source, links[i].to_source});
       judged[i] = 1;
       ++count;
     }
@@ -339,18 +341,18 @@ class LinkGroup {
   std::vector<float> supports_;
 };
 
-/// Distinct views on the side that has fewer.
-int viewsOf(const LinkGroup& group, const std::vector<std::size_t>& members) {
-  std::set<std::int64_t> from;
-  std::set<std::int64_t> to;
+/// Distinct sources on the side that has fewer.
+int sourcesOf(const LinkGroup& group, const std::vector<std::size_t>& members) {
+  std::set<LinkSource> from;
+  std::set<LinkSource> to;
   for (const std::size_t member : members) {
-    from.insert(group.link(member).from_view);
-    to.insert(group.link(member).to_view);
+    from.insert(group.link(member).from_source);
+    to.insert(group.link(member).to_source);
   }
   return static_cast<int>(std::min(from.size(), to.size()));
 }
 
-/// Links that join two trees, and by how many views more than what contradicts them.
+/// Links that join two trees, and by how many sources more than what contradicts them.
 struct Join {
   int margin = 0;
   std::size_t edge = 0;
@@ -365,13 +367,13 @@ std::optional<Join> joinOf(const LinkGroup& group) {
   for (const std::size_t member : group.everyMember()) {
     if (std::find(best.begin(), best.end(), member) == best.end()) others.push_back(member);
   }
-  int evidence = viewsOf(group, best);
+  int evidence = sourcesOf(group, best);
   for (const std::size_t member : best) {
-    if (group.link(member).strong) evidence = std::max(evidence, kJoiningViews);
+    if (group.link(member).strong) evidence = std::max(evidence, kJoiningSources);
   }
   Join join;
-  join.margin = evidence - viewsOf(group, group.agreeing(others, any));
-  if (join.margin < kJoiningViews) return std::nullopt;
+  join.margin = evidence - sourcesOf(group, group.agreeing(others, any));
+  if (join.margin < kJoiningSources) return std::nullopt;
   join.edge = group.number(best.front());
   return join;
 }

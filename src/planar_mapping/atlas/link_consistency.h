@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/base/types.h"
@@ -17,6 +18,12 @@ constexpr double kTypicalChi2 = 12.59;
 constexpr double kUnlikelyChi2 = 22.46;
 constexpr double kContradiction = 2.0 * kUnlikelyChi2;
 
+/// What an end of a link was found by: its keyframe; the surroundings of its submap, which all
+/// clouds there share (those of links in doubt apart); or, by the number of the link, nothing that
+/// others share.
+enum class SourceKind : std::uint8_t { Keyframe, Surroundings, Doubt, Link };
+using LinkSource = std::pair<SourceKind, std::int64_t>;
+
 /// A link between two nodes of a graph.
 struct GraphLink {
   std::size_t from = 0;  ///< number of its node
@@ -26,8 +33,8 @@ struct GraphLink {
   bool trusted = false;                      ///< between neighbours
   bool strong = false;                       ///< one of them is enough to join components
   bool doubtful = false;                     ///< speaks against joining, and is never used
-  std::int64_t from_view = 0;                ///< views that links share are one piece of evidence
-  std::int64_t to_view = 0;
+  LinkSource from_source;                    ///< what links share is one piece of evidence
+  LinkSource to_source;
 };
 
 /// What holds together: parts of nodes, joined by links that agree with each other.

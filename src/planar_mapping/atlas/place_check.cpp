@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/atlas/atlas_rows.h"
 #include "planar_mapping/atlas/keyframe_cells.h"
 #include "planar_mapping/atlas/place_finder.h"
 #include "planar_mapping/base/lists.h"
@@ -22,7 +23,7 @@ constexpr double kPixelError = 1.0;
 constexpr std::size_t kMinInliers = 12;
 // A link needs odds of 20 : 1, see featureLogOdds().
 constexpr double kMinLogOdds = 3.0;
-// Errors that features share, so that many of them do not average them out.
+// Errors that features share.
 constexpr double kSharedDepthError = 0.01;  // of the median depth
 constexpr double kSharedTurn = 0.005;       // radians
 
@@ -181,12 +182,7 @@ std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
   const Pose& T_b_a = motion.T_now_before;
   const detail::DepthComparison forward = depthsBeside(a, b, T_b_a);
   const detail::DepthComparison back = depthsBeside(b, a, T_b_a.inverse());
-  Link link;
-  link.kind = LinkKind::Loop;
-  link.from_submap = a.submap;
-  link.to_submap = b.submap;
-  link.from_keyframe = a.id;
-  link.to_keyframe = b.id;
+  Link link = detail::linkBetween(LinkKind::Loop, a, b);
   link.evidence.inliers = motion.inliers;
   link.evidence.matches = matches.size();
   link.evidence.off_plane = detail::offPlane(matches, motion.is_inlier, random);
@@ -201,11 +197,9 @@ std::optional<Link> PlaceFinder::verify(const Keyframe& a, const Keyframe& b) {
   if (link.evidence.log_odds < kMinLogOdds) return std::nullopt;
 
   link.T_to_from = b.T_submap_keyframe * T_b_a * a.T_submap_keyframe.inverse();
-  Vector6 shared;
-  shared << Vector3::Constant(std::pow(kSharedDepthError * medianDepth(b), 2)),
-      Vector3::Constant(kSharedTurn * kSharedTurn);
-  const Matrix6 covariance = motion.covariance + Matrix6(shared.asDiagonal());
-  link.covariance = turnedCovariance(b.T_submap_keyframe, covariance);
+  const double shared_shift = kSharedDepthError * medianDepth(b);
+  link.covariance = turnedCovariance(
+      b.T_submap_keyframe, detail::withShared(motion.covariance, shared_shift, kSharedTurn));
   return link;
 }
 

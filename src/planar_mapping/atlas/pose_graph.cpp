@@ -18,6 +18,8 @@ namespace planar_mapping {
 namespace {
 
 using detail::GraphLink;
+using detail::LinkSource;
+using detail::SourceKind;
 
 // One pair of keyframes joins components if so many features agree, and depths without doubt.
 constexpr std::size_t kStrongInliers = 60;
@@ -44,7 +46,6 @@ Graph graphOf(const AtlasData& data) {
   std::map<std::int64_t, std::size_t> nodes;
   for (const Submap& submap : data.submaps) nodes.emplace(submap.id, nodes.size());
   Graph graph;
-  const std::size_t count = data.links.size() + data.submaps.size();
   for (std::size_t i = 0; i < data.links.size(); ++i) {
     const Link& link = data.links[i];
     if (link.state == LinkState::Refused) continue;
@@ -60,18 +61,15 @@ Graph graphOf(const AtlasData& data) {
     edge.strong = link.kind == LinkKind::Loop && link.evidence.inliers >= kStrongInliers &&
                   link.evidence.agreement >= kStrongAgreement &&
                   link.evidence.seen_through <= kStrongSeenThrough;
-    // Those without keyframes count each for itself, those by surfaces for their submaps: what
-    // surrounds one cloud surrounds the next one, too.
-    const auto number = [](std::size_t n) { return -1 - static_cast<std::int64_t>(n); };
-    const bool is_surface = link.kind == LinkKind::Surface;
     edge.doubtful = link.isDoubt();
-    const std::size_t kind = edge.doubtful ? 2 : 1;
-    edge.from_view = is_surface                ? number(kind * count + edge.from)
-                     : link.from_keyframe >= 0 ? link.from_keyframe
-                                               : number(i);
-    edge.to_view = is_surface              ? number(kind * count + edge.to)
-                   : link.to_keyframe >= 0 ? link.to_keyframe
-                                           : number(i);
+    const auto sourceOf = [&](std::int64_t keyframe, std::size_t node) -> LinkSource {
+      const bool is_surface = link.kind == LinkKind::Surface;
+      if (is_surface) return {edge.doubtful ? SourceKind::Doubt : SourceKind::Surroundings, node};
+      if (keyframe < 0) return {SourceKind::Link, i};
+      return {SourceKind::Keyframe, keyframe};
+    };
+    edge.from_source = sourceOf(link.from_keyframe, edge.from);
+    edge.to_source = sourceOf(link.to_keyframe, edge.to);
     graph.links.push_back(edge);
     graph.origin.push_back(i);
   }
