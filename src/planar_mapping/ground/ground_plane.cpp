@@ -29,7 +29,7 @@ int score(const float* x, const float* y, const float* z, const float* band, std
   int below = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const float d = (z[i] - slope_x * x[i] - slope_y * y[i] - offset) * cosine;
-    inside += (d <= band[i]) & (d >= -band[i]) ? 1 : 0;
+    inside += ((d <= band[i]) & (d >= -band[i])) ? 1 : 0;
     below += d < -2.0f * band[i] ? 1 : 0;
   }
   return 256 * inside - below_weight_256 * below;

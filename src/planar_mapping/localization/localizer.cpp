@@ -120,8 +120,8 @@ class Localizer::Impl {
     const std::vector<Key*> nearest = nearestKeys(submap, T_submap_expected);
     const auto [map, T_submap_map] = localMap(nearest);
     detail::LocalMap keyframes;
-    for (const detail::PlacedView& view : map)
-      if (!view.view->corners.empty()) keyframes.push_back(view);
+    for (const detail::PlacedView& placed : map)
+      if (!placed.view->corners.empty()) keyframes.push_back(placed);
     expected.T_now_map = T_submap_expected.inverse() * T_submap_map;
     std::optional<detail::PoseCandidate> found;
     if (track.frame + 1 == frames_) found = detail::trackPose(keyframes, view, expected);

@@ -55,7 +55,7 @@ bool isThickAsWide(const LocalFit& fit, double band) {
 class LeafBuilder {
  public:
   LeafBuilder(const PointCells& grid, const DistanceBand& band, const Vector3& sensor)
-      : grid_(grid), band_(band), sensor_(sensor), sums_(grid.sums) {
+      : band_(band), sensor_(sensor), sums_(grid.sums) {
     result_.side = grid.side;
     for (std::size_t cell = 0; cell < grid.sums.size(); ++cell) {
       waiting_.push_back({static_cast<std::int32_t>(cell), static_cast<std::int32_t>(cell)});
@@ -162,7 +162,6 @@ class LeafBuilder {
     sums_.swap(next_sums);
   }
 
-  const PointCells& grid_;
   const DistanceBand& band_;
   const Vector3 sensor_;
   SurfaceLeaves result_;

@@ -59,7 +59,7 @@ std::int32_t scorePlane(const LeafColumns& leaves, std::size_t begin, std::size_
     const float agreement = a * l.nx[i] + b * l.ny[i] + c * l.nz[i];
     const bool near = (distance < 0.0f ? -distance : distance) <= l.band[i];
     const bool agrees = (agreement < 0.0f ? -agreement : agreement) >= cosine;
-    score += near & agrees ? l.weight[i] : 0;
+    score += (near & agrees) ? l.weight[i] : 0;
   }
   return score;
 }
