@@ -31,6 +31,14 @@ void requireThat(bool holds, const std::string& whose, const char* problem) {
   if (!holds) throw InputError(whose + " " + problem);
 }
 
+/// Rigid, and not so far from its origin that covariances lose their digits.
+void requirePlaced(const std::string& whose, const char* name, const Pose& pose) {
+  constexpr double kFarthest = 1e7;  // metres: coordinates of a country are below it
+  requireRigid((whose + ": " + name).c_str(), pose);
+  requireThat(pose.translation().cwiseAbs().maxCoeff() <= kFarthest, whose,
+              "lies more than 10,000 km from its origin");
+}
+
 // What is written and what is read has to be sound.
 
 void requireSound(const AtlasSession& session) {
@@ -40,20 +48,21 @@ void requireSound(const AtlasSession& session) {
 void requireSound(const Submap& submap) {
   const std::string name = named("submap", submap.id);
   requireThat(submap.id >= 0, name, "has a negative number");
-  requireRigid((name + ": T_world_submap").c_str(), submap.T_world_submap);
+  requirePlaced(name, "T_world_submap", submap.T_world_submap);
 }
 
 void requireSound(const Keyframe& keyframe) {
   const std::string name = named("keyframe", keyframe.id);
   requireThat(keyframe.id >= 0, name, "has a negative number");
   requireThat(std::isfinite(keyframe.timestamp), name, "has a time that is not finite");
-  requireRigid((name + ": T_submap_keyframe").c_str(), keyframe.T_submap_keyframe);
+  requirePlaced(name, "T_submap_keyframe", keyframe.T_submap_keyframe);
   try {
     keyframe.camera.validate();
   } catch (const ParameterError& error) {
     throw InputError(name + ": " + error.what());
   }
-  requireThat(keyframe.width >= 0 && keyframe.height >= 0, name, "has an image of negative size");
+  requireThat(keyframe.width >= 0 && keyframe.height >= 0 && keyframe.cells_across >= 0, name,
+              "has an image of negative size");
   for (const FeatureSighting& sighting : keyframe.sightings)
     requireThat(std::isfinite(sighting.column) && std::isfinite(sighting.row) &&
                     std::isfinite(sighting.inverse_depth),
@@ -75,7 +84,7 @@ void requireSound(const Link& link) {
   requireThat(link.id >= 0, name, "has a negative number");
   requireThat(link.from_submap != link.to_submap, name, "joins a submap with itself");
   requireThat((link.from_keyframe < 0) == (link.to_keyframe < 0), name, "has one keyframe of two");
-  requireRigid((name + ": T_to_from").c_str(), link.T_to_from);
+  requirePlaced(name, "T_to_from", link.T_to_from);
   requireThat(link.covariance.allFinite(), name, "has a covariance that is not finite");
   requireThat((link.covariance.diagonal().array() > 0.0).all(), name,
               "has a variance that is not above 0");

@@ -176,6 +176,11 @@ TEST_F(AtlasStoreTest, WhatIsNotSoundIsRefusedWhole) {
       {"feature", [&](AtlasData& part) { part.keyframes[0].sightings[1].row = nan; }},
       {"whole rows", [](AtlasData& part) { part.keyframes[0].inverse_depths.pop_back(); }},
       {"whole rows", [](AtlasData& part) { part.keyframes[0].cells_across = 0; }},
+      {"negative size",
+       [](AtlasData& part) {
+         part.keyframes[0].inverse_depths.clear();
+         part.keyframes[0].cells_across = -1;
+       }},
       {"link 1 refers to", [](AtlasData& part) { part.links[0].from_submap = 8; }},
       {"link 1 joins", [](AtlasData& part) { part.links[0].from_submap = 2; }},
       {"one keyframe", [](AtlasData& part) { part.links[0].to_keyframe = -1; }},

@@ -9,7 +9,9 @@
 
 #include <array>
 #include <fstream>
+#include <iomanip>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,16 @@ void changeBySql(const std::string& path, const std::string& sql) {
   EXPECT_EQ(SQLITE_OK, sqlite3_exec(file, sql.c_str(), nullptr, nullptr, nullptr))
       << sql << ": " << sqlite3_errmsg(file);
   sqlite3_close(file);
+}
+
+/// A pose that lies so far along x, as SQL.
+std::string poseAt(double x) {
+  const std::array<double, 12> rows = {1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0};
+  std::ostringstream sql;
+  sql << std::hex << std::setfill('0');
+  for (std::size_t i = 0; i < sizeof rows; ++i)
+    sql << std::setw(2) << int{reinterpret_cast<const unsigned char*>(rows.data())[i]};
+  return "x'" + sql.str() + "'";
 }
 
 class AtlasFaults : public ::testing::Test {
@@ -117,6 +129,10 @@ TEST_F(AtlasFaults, RowsThatAreNotSoundAreNamed) {
       {"submap 2 has no map", "DELETE FROM maps WHERE submap = 2"},
       {"submap 0 has a pose", "UPDATE submaps SET T_world_submap = x'' WHERE id = 0"},
       {"submap 0: T_world_submap", "UPDATE submaps SET T_world_submap = zeroblob(96)"},
+      {"submap 1 lies", "UPDATE submaps SET T_world_submap = " + poseAt(-1e300) + " WHERE id = 1"},
+      {"keyframe 3 lies",
+       "UPDATE keyframes SET T_submap_keyframe = " + poseAt(2e7) + " WHERE id = 3"},
+      {"link 1 lies", "UPDATE links SET T_to_from = " + poseAt(1.1e7) + " WHERE id = 1"},
       {"table submaps refers", "UPDATE submaps SET session = 4 WHERE id = 0"},
       {"table keyframes refers", "UPDATE keyframes SET submap = 99 WHERE id = 3"},
       {"table links refers", "UPDATE links SET to_keyframe = 99 WHERE id = 0"},
