@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 minutes=$1; shift
 command -v clang++ >/dev/null || { echo "clang is missing: scripts/install_dependencies.sh --fuzz" >&2; exit 1; }
 names=("$@")
-[[ ${#names[@]} -gt 0 ]] || names=(cloud image poses calibration configuration message layouts map plan insert session)
+[[ ${#names[@]} -gt 0 ]] || names=(cloud image poses calibration configuration message layouts map plan insert atlas session)
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz --target "${names[@]/#/fuzz_}" >/dev/null
 

@@ -1,11 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames of any clouds, poses and parameters into a map.
-#include <zstd.h>
-
 #include <limits>
 
-#include "fuzz.h"
+#include "any_map.h"
 #include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map.h"
 
@@ -71,22 +69,10 @@ Cloud anyCloud(fuzz::Input& input) {
   return cloud;
 }
 
-Pose anyPose(fuzz::Input& input) {
-  Pose pose = Pose::Identity();
-  if (input.flag()) return pose;
-  const double reach = std::pow(10.0, input.between(-1.0, 6.0));
-  for (int k = 0; k < 3; ++k) pose.translation()[k] = input.between(-reach, reach);
-  const Vector3 axis(input.between(-1, 1), input.between(-1, 1), input.between(-1, 1));
-  if (axis.norm() > 0.1) {
-    pose.linear() = Eigen::AngleAxisd(input.between(-3, 3), axis.normalized()).toRotationMatrix();
-  }
-  return pose;
-}
-
 void insertAny(fuzz::Input& input, PlanarMap& map, int number) {
   const Cloud cloud = anyCloud(input);
   FrameObservation frame;
-  frame.T_world_sensor = anyPose(input);
+  frame.T_world_sensor = fuzz::anyPose(input);
   frame.timestamp = number;
   frame.points = cloud.view();
   MultiPlaneParams planes;
@@ -132,14 +118,6 @@ void query(fuzz::Input& input, const PlanarMap& map, const PlanarMap& loaded) {
 }
 
 }  // namespace
-
-// In place of the library's, at its quickest level: compressing well took half of the time, and is
-// not what is tried here.
-extern "C" std::size_t ZSTD_compress(void* to, std::size_t capacity, const void* from,
-                                     std::size_t size, int /*level*/) {
-  static ZSTD_CCtx* const context = ZSTD_createCCtx();
-  return ZSTD_compressCCtx(context, to, capacity, from, size, 1);
-}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
