@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Keyframes, submaps and links of an atlas: what a file holds is placed, and the links are solved.
 #include <Eigen/Cholesky>
-#include <limits>
 #include <optional>
 
 #include "any_map.h"
@@ -229,7 +228,6 @@ void place(const AtlasData& data, AtlasData& with_links) {
 }
 
 void solve(AtlasData& data) {
-  const AtlasData before = data;
   if (!fuzz::succeeds([&] { solvePoseGraph(data); })) return;
   for (const Submap& submap : data.submaps) requireRigidMotion(submap.T_world_submap);
   for (const Link& link : data.links)

@@ -27,7 +27,7 @@ constexpr double kMaxSupport = 5.0;
 // joined.
 constexpr int kJoiningSources = 2;
 
-// Of the links between two nodes that share no view so many are judged: twice what joins.
+// Of the links between two nodes that share no source so many are judged: twice what joins.
 constexpr std::size_t kJudged = 2 * kJoiningSources;
 
 constexpr float kContradicts = -1.0F;  // beside supports, which are >= 0
