@@ -50,18 +50,13 @@ function(planar_mapping_module)
     set(ARG_COMPONENT runtime)
   endif()
   set(target planar_mapping_${ARG_NAME})
-  # Tests call internal functions too: where tests are built, libraries show them, else only what is public.
-  set(visibility hidden)
-  if(PLANAR_MAPPING_BUILD_TESTS)
-    set(visibility default)
-  endif()
   add_library(${target} ${ARG_SOURCES})
   add_library(planar_mapping::${ARG_NAME} ALIAS ${target})
   set_target_properties(${target} PROPERTIES
     EXPORT_NAME ${ARG_NAME}
     VERSION ${PROJECT_VERSION}
     SOVERSION ${PROJECT_VERSION_MAJOR}
-    CXX_VISIBILITY_PRESET ${visibility}
+    CXX_VISIBILITY_PRESET hidden
     VISIBILITY_INLINES_HIDDEN ON
     POSITION_INDEPENDENT_CODE ON
     DEFINE_SYMBOL ""
@@ -113,6 +108,39 @@ function(planar_mapping_room module)
     set(scope INTERFACE)
   endif()
   target_sources(${target} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
+endfunction()
+
+# Libraries show what is public alone. Programs that use what is internal link static libraries of the same objects:
+# these names in place of those in a list of libraries.
+function(planar_mapping_internal_names list)
+  if(BUILD_SHARED_LIBS)
+    list(TRANSFORM ${list} REPLACE "^planar_mapping(::|_)([a-z_]+)$" "planar_mapping_\\2_internal")
+  endif()
+  set(${list} ${${list}} PARENT_SCOPE)
+endfunction()
+
+function(planar_mapping_internal_library target)
+  if(NOT BUILD_SHARED_LIBS OR NOT TARGET ${target})
+    return()
+  endif()
+  set(name ${target}_internal)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "INTERFACE_LIBRARY")
+    set(scope INTERFACE)
+    add_library(${name} INTERFACE)
+    get_target_property(libraries ${target} INTERFACE_LINK_LIBRARIES)
+  else()
+    set(scope PUBLIC)
+    add_library(${name} STATIC EXCLUDE_FROM_ALL $<TARGET_OBJECTS:${target}>)
+    set_target_properties(${name} PROPERTIES LINKER_LANGUAGE CXX)
+    get_target_property(libraries ${target} LINK_LIBRARIES)
+  endif()
+  list(FILTER libraries EXCLUDE REGEX "^::@")  # marks of the folders that added them
+  planar_mapping_internal_names(libraries)
+  target_link_libraries(${name} ${scope} ${libraries})
+  target_include_directories(${name} ${scope} $<TARGET_PROPERTY:${target},INTERFACE_INCLUDE_DIRECTORIES>)
+  target_compile_definitions(${name} ${scope} $<TARGET_PROPERTY:${target},INTERFACE_COMPILE_DEFINITIONS>)
+  target_compile_features(${name} ${scope} cxx_std_17)
 endfunction()
 
 # An executable of ours: a tool, an example, a test or a benchmark.
