@@ -149,18 +149,15 @@ bool SurfaceRegistration::isGood(const RegistrationCandidate& candidate) const {
 }
 
 CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& candidate) const {
-  // The errors of neighbouring points are not independent: so many planes of the smallest size tell
-  // as much as one.
-  constexpr double kCorrelatedPlanes = 20.0;
   CloudRegistration result;
   result.planes = shape_.fine.planes.size();
   result.matched = candidate.at_end.matched;
   if (result.matched < kMinPlanes) return result;
   const auto matched = static_cast<double>(result.matched);
   const double ratio = candidate.at_end.squared_error / matched;
-  const Matrix6 information = meaningful(candidate.at_end.hessian, candidate.at_end.noise) /
-                                  (kCorrelatedPlanes * std::max(1.0, ratio)) +
-                              weakInformation();
+  const Matrix6 information =
+      meaningful(candidate.at_end.hessian, candidate.at_end.noise) / std::max(1.0, ratio) +
+      weakInformation();
   const Matrix6 covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());
   result.covariance = 0.5 * (covariance + covariance.transpose());
   result.rms = std::sqrt(candidate.at_end.squared_distance / matched);

@@ -12,8 +12,6 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr double kCautious = 0.2;  // of its deviations: registration states them too large
-
 /// Are two poses less than 0.3 m and 0.2 radians apart?
 bool isNear(const Pose& a, const Pose& b) {
   return (a.translation() - b.translation()).norm() < 0.3 &&
@@ -38,7 +36,7 @@ Localization CloudLocator::locate(const PointsView& cloud, bool is_partial,
     result.submap = known->first;
     result.T_submap_camera = found.T_world_sensor;
     result.covariance_in_camera = found.covariance;
-    result.drift_in_camera = (is_followed ? 1.0 : kCautious * kCautious) * found.covariance;
+    result.drift_in_camera = found.covariance;
     track.T_before_now = Pose::Identity();
     if (lost == 0) track.T_before_now = track.T_track_sensor.inverse() * found.T_world_sensor;
     track.T_track_sensor = found.T_world_sensor;
@@ -83,7 +81,7 @@ CloudRegistration CloudLocator::follow(Track& track, const PointsView& cloud, co
   const Pose expected = *track.T_track_given * prior;
   CloudRegistration result = track.map.locateNear(cloud, expected);
   const Matrix6 of_given = 0.5 * ++track.uncorrected * step_covariance;  // of one pose
-  const Matrix6 of_both = of_given + kCautious * kCautious * result.covariance;
+  const Matrix6 of_both = of_given + result.covariance;
   const Vector6 off =
       motionDifference(Pose::Identity(), expected.inverse() * result.T_world_sensor);
   const Vector6 weighed = of_both.ldlt().solve(off);
