@@ -124,9 +124,6 @@ CoherenceTest DisparityFit::coherenceTest(const PlaneCandidate& plane,
   test.min_agreement = flat ? params_.min_flat_agreement : params_.min_agreement;
   // Where such planes meet, noise mixes their pixels, which says nothing against either.
   test.own_points_only = isNoiseWhite(plane, parts, list);
-  test.may_bend = false;
-  test.axes[0] = Vector3::UnitX();
-  test.axes[1] = Vector3::UnitY();
   return test;
 }
 
@@ -145,16 +142,6 @@ std::vector<char> DisparityFit::agree(const PlaneCandidate& plane, const CellGri
                 turn <= params_.growing_factor * params_.slopeError(fit.extent, fit.count);
   }
   return agrees;
-}
-
-bool DisparityFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
-  const MomentSums& sums = plane.sums;
-  const double d = sums[kZ] / sums[kN];
-  const double angle =
-      std::atan(toAngle(bend.slope, plane.height, sums[kX] / sums[kN], sums[kY] / sums[kN], d));
-  return angle > params_.bent_angle && bend.advantage > params_.bent_advantage &&
-         bend.bow > toPixels(plane, params_.bow_fraction * params_.distance_threshold, d) &&
-         bend.bow > std::max(params_.bow_factor * params_.noise, params_.smoothResidual());
 }
 
 }  // namespace planar_mapping::detail

@@ -32,7 +32,7 @@ struct DisparityParams : SearchParams {
   double growing_factor = 2.5;
   /// Fraction of max_normal_deviation between the normal of a cell and the plane it joins.
   double growing_angle_fraction = 0.7;
-  /// Smooth errors in the residuals of windows and the bows of planes, in disparity errors ...
+  /// Smooth errors in the residuals of windows, in disparity errors ...
   double smooth_residual_fraction = 0.25;
   /// ... and in slopes, over the extent of a window.
   double smooth_slope_fraction = 0.15;
@@ -43,29 +43,14 @@ struct DisparityParams : SearchParams {
   double min_agreement = 0.8;
   /// ... where it is as flat as surfaces are: roughness cannot be taken for noise there.
   double min_flat_agreement = 0.6;
-  /// A quadratic surface that is bent by this root mean square angle (radians), ...
-  double bent_angle = 0.1;
-  /// ... explains the points so much better (variance ratio) ...
-  double bent_advantage = 6.0;
-  /// ... and bows by this fraction of d_T and so many sigmas is no plane.
-  double bow_fraction = 0.08;
-  double bow_factor = 0.7;
   /// Standard deviation of the direction of a plane that can be used, radians.
   double max_direction_error = 0.087;
   /// The same for what is rougher than this fraction of the disparity error of the camera and
   /// thicker than this fraction of its width, standard deviations across the plane and along its
-  /// narrower side: trunks and shrubs are, so that there must be points enough to leave no doubt
-  /// ...
+  /// narrower side: trunks and shrubs are, so that there must be points enough to leave no doubt.
   double max_thick_direction_error = 0.01;
   double rough_fraction = 0.34;
   double thick_fraction = 0.2;
-  /// ... or, up to this error, nothing but noise in what lies off the plane: see isNoiseOfPlane().
-  double max_noisy_direction_error = 0.02;
-  int least_noisy_tiles = 20;
-  double most_noisy_residual = 1.3;  ///< of the noise of the frame
-  double noise_tile_fraction = 0.8;  ///< of the residual, in means of tiles
-  double least_together = 0.8;  ///< of the points, in blocks of 64 pixels that touch each other
-  double most_beside = 0.11;    ///< points just off the plane, of those on it
 
   /// B f, pixels times metres.
   double factor() const { return camera.baseline * camera.focal_length; }
@@ -106,7 +91,6 @@ class DisparityFit : public PlaneFit {
   CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                               const PartList& list) const override;
   std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const override;
-  bool isBent(const PlaneCandidate& plane, const Bend& bend) const override;
 
   /// Unit normal towards the sensor and distance of it for D = p X + q Y + r, metres.
   void toMetres(double p, double q, double r, Vector3& normal, double& height) const;

@@ -48,16 +48,8 @@ double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts
   return agreeing / std::max(all, 1.0);
 }
 
-}  // namespace
-
-std::vector<PartList> partsOfPlanes(const std::vector<TilePart>& parts, std::size_t planes) {
-  std::vector<PartList> lists(planes);
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    lists[static_cast<std::size_t>(parts[part].label)].push_back(part);
-  }
-  return lists;
-}
-
+/// Fits a quadratic surface to the means of the parts; zero where they are too few.
+/// \param axes of the places of the parts
 Bend bendOf(const PlaneCandidate& plane, const std::vector<TilePart>& parts, const PartList& list,
             const Vector3 (&axes)[2]) {
   constexpr std::size_t kMinParts = 10;  // six coefficients and some freedom
@@ -112,6 +104,16 @@ Bend bendOf(const PlaneCandidate& plane, const std::vector<TilePart>& parts, con
   bend.advantage = (plane_error - surface_error) / 3.0 * freedom / std::max(surface_error, 1e-30);
   bend.bow = std::sqrt(std::max(0.0, plane_error - surface_error) / n);
   return bend;
+}
+
+}  // namespace
+
+std::vector<PartList> partsOfPlanes(const std::vector<TilePart>& parts, std::size_t planes) {
+  std::vector<PartList> lists(planes);
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    lists[static_cast<std::size_t>(parts[part].label)].push_back(part);
+  }
+  return lists;
 }
 
 std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,

@@ -124,7 +124,7 @@ class PlaneFit {
                                       const PartList& list) const = 0;
   /// Which of the windows, each the sums of points of the plane, lie as the plane does.
   virtual std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const = 0;
-  virtual bool isBent(const PlaneCandidate& plane, const Bend& bend) const = 0;
+  virtual bool isBent(const PlaneCandidate& /*plane*/, const Bend& /*bend*/) const { return false; }
 };
 
 /// Tells planes from bent surfaces and from slices through unrelated objects: the tiles of a plane
@@ -135,11 +135,6 @@ class PlaneFit {
 std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,
                                  const std::vector<TilePart>& parts, int columns, int tiles,
                                  const PlaneFit& fit);
-
-/// Fits a quadratic surface to the means of the parts; zero where they are too few.
-/// \param axes of the places of the parts
-Bend bendOf(const PlaneCandidate& plane, const std::vector<TilePart>& parts, const PartList& list,
-            const Vector3 (&axes)[2]);
 
 /// Writes inliers and patches of \p segments, one per label, null for a label without pixels.
 /// \param parts     what of each tile has which label, ascending by tile
