@@ -82,9 +82,6 @@ void runFeatures(benchmark::State& state, FeatureDetector detector) {
   state.counters["track_ms"] = report.track_ms;
 }
 
-void Surf(benchmark::State& state) {
-  runFeatures(state, FeatureDetector::Surf);
-}
 void Sift(benchmark::State& state) {
   runFeatures(state, FeatureDetector::Sift);
 }
@@ -111,9 +108,8 @@ void FrontEnd(benchmark::State& state) {
 }
 
 BENCHMARK(Matching)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(Surf)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Sift)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(Orb)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(Orb)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(FrontEnd)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace

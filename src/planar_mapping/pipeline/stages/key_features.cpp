@@ -33,11 +33,10 @@ class KeyFeaturesStage : public Stage {
                "size as the cloud, else the cloud");
     table.word("detector", tracker_params_.detector,
                {{"auto", FeatureDetector::Automatic},
-                {"surf", FeatureDetector::Surf},
                 {"sift", FeatureDetector::Sift},
                 {"orb", FeatureDetector::Orb},
                 {"akaze", FeatureDetector::Akaze}},
-               "of images; auto = SURF (the paper)");
+               "of images; auto = ORB (the paper has SURF)");
     table.integer("max_features", tracker_params_.max_features, Range::between(8, 20000),
                   "of one image, spread evenly over it");
     table.number("detection_threshold", tracker_params_.detection_threshold, Range::atLeast(0.0),

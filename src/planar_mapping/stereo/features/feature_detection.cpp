@@ -81,9 +81,9 @@ std::vector<Nearest> searchExactly(const Descriptors& queries, const std::vector
 
 }  // namespace
 
-void Descriptors::addValues(const float* values, float scale) {
+void Descriptors::addValues(const float* values) {
   for (std::size_t k = 0; k < length_; ++k)
-    values_.push_back(static_cast<std::int16_t>(std::lround(scale * values[k])));
+    values_.push_back(static_cast<std::int16_t>(std::lround(values[k])));
 }
 
 void Descriptors::addBytes(const std::uint8_t* bytes, std::size_t count) {
@@ -177,7 +177,7 @@ DetectedFeatures runDetector(cv::Feature2D& detector, const cv::Mat& gray, int c
     if (binary) {
       features.descriptors.addBytes(rows.ptr(row), columns);
     } else {
-      features.descriptors.addValues(rows.ptr<float>(row), 1.0f);  // SIFT has whole numbers
+      features.descriptors.addValues(rows.ptr<float>(row));  // SIFT has whole numbers
     }
   }
   return features;
@@ -233,8 +233,6 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
   const int candidates = 3 * count;
   switch (params.detector) {
     case FeatureDetector::Automatic:
-    case FeatureDetector::Surf:
-      return detectSurf(gray, count, threshold > 0.0 ? threshold : 10.0);
     case FeatureDetector::Orb: {
       constexpr float kPyramidFactor = 1.2f;
       const auto orb =

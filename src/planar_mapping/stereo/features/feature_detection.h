@@ -23,8 +23,8 @@ class Descriptors {
   std::size_t size() const { return length_ == 0 ? 0 : stored() / length_; }
   bool empty() const { return size() == 0; }
 
-  /// \param values  scaled so that a row's squared length stays below 2^28
-  void addValues(const float* values, float scale);
+  /// \param values  whole numbers; a row's squared length stays below 2^28
+  void addValues(const float* values);
   /// \param bytes  padded with zeros to whole words
   void addBytes(const std::uint8_t* bytes, std::size_t count);
   /// A row of another set of the same kind; an empty set becomes of that kind.
@@ -84,8 +84,5 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
 /// first, then the strongest of the rest. Ascending.
 PLANAR_MAPPING_EXPORT std::vector<std::size_t> spreadEvenly(
     const std::vector<Detection>& detections, int width, int height, int count);
-
-/// SURF. \param threshold  of the determinant of the Hessian
-DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold);
 
 }  // namespace planar_mapping::detail

@@ -16,8 +16,7 @@
 namespace planar_mapping {
 
 enum class FeatureDetector : std::uint8_t {
-  Automatic,  ///< SURF
-  Surf,       ///< the paper's
+  Automatic,  ///< Orb
   Sift,
   Orb,
   Akaze,
