@@ -47,10 +47,16 @@ struct DisparityParams : SearchParams {
   double max_direction_error = 0.087;
   /// The same for what is rougher than this fraction of the disparity error of the camera and
   /// thicker than this fraction of its width, standard deviations across the plane and along its
-  /// narrower side: trunks and shrubs are, so that there must be points enough to leave no doubt.
+  /// narrower side: trunks and shrubs are, so that there must be points enough to leave no doubt
+  /// ...
   double max_thick_direction_error = 0.01;
   double rough_fraction = 0.34;
   double thick_fraction = 0.2;
+  /// ... or, up to this error, nothing but noise in what lies off the plane: see isNoiseOfPlane().
+  double max_noisy_direction_error = 0.02;
+  int least_noisy_tiles = 20;
+  double most_noisy_residual = 1.3;  ///< of the noise of the frame
+  double noise_tile_fraction = 0.8;  ///< of the residual, in means of tiles
 
   /// B f, pixels times metres.
   double factor() const { return camera.baseline * camera.focal_length; }

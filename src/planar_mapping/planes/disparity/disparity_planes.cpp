@@ -13,6 +13,29 @@
 namespace planar_mapping::detail {
 namespace {
 
+/// Whether the errors of pixels cancel within tiles, as those of matching do and the relief of a
+/// rough surface does not.
+bool areTilesSmoother(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
+                      const PartList& list, const DisparityParams& params) {
+  double squares = 0.0;
+  for (const std::size_t i : list) {
+    const double error = plane.meanError(parts[i].sums);
+    squares += parts[i].sums[kN] * error * error;
+  }
+  const double most = params.noise_tile_fraction * plane.residual;
+  return squares <= plane.sums[kN] * most * most;
+}
+
+/// Whether noise alone explains what lies off a plane that is thick for its width, as a trunk, a
+/// shrub or a cushion is not explained: the residual is no larger than the noise of the frame and
+/// much smaller in means of tiles.
+bool isNoiseOfPlane(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
+                    const PartList& list, const DisparityParams& params) {
+  return list.size() >= static_cast<std::size_t>(params.least_noisy_tiles) &&
+         plane.residual <= params.most_noisy_residual * params.noise &&
+         areTilesSmoother(plane, parts, list, params);
+}
+
 /// Moments in metres of the points of a part, carried along their rays onto the plane.
 PlaneMoments onPlane(const PlaneCandidate& plane, const MomentSums& sums,
                      const DisparityParams& params) {
@@ -95,6 +118,7 @@ void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
     rough[i] = planes[i].valid && planes[i].residual > smooth ? 1 : 0;
   }
   const std::vector<Extent> extents = extentsOf(planes, pixels.parts(), rough, params);
+  const std::vector<PartList> lists = partsOfPlanes(pixels.parts(), planes.size());
   for (std::size_t i = 0; i < planes.size(); ++i) {
     PlaneCandidate& plane = planes[i];
     if (!plane.valid) continue;
@@ -102,7 +126,11 @@ void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
     const double variance = covariance(0, 0) + covariance(1, 1) + covariance(2, 2);
     const bool thick =
         rough[i] != 0 && !(extents[i].across <= params.thick_fraction * extents[i].along);
-    const double most = thick ? params.max_thick_direction_error : params.max_direction_error;
+    double most = thick ? params.max_thick_direction_error : params.max_direction_error;
+    if (thick && variance > most * most &&
+        isNoiseOfPlane(plane, pixels.parts(), lists[i], params)) {
+      most = params.max_noisy_direction_error;
+    }
     if (variance <= most * most) continue;
     plane.valid = false;
     ++diagnostics.rejected_not_significant;
