@@ -100,8 +100,8 @@ MECHANISMS = [
      "  if (OFF || samples.size() < kMinSamples) return RangeNoise().correlated_pixels;"),
     ("wide windows", "planes/organized/metric_growing.cpp", "  if (wide) wide_fits_", "  if (wide && !OFF) wide_fits_"),
     ("noise of a doubtful plane", "planes/disparity/disparity_planes.cpp",
-     "  if (list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;",
-     "  if (OFF || list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;"),
+     "  return list.size() >= static_cast<std::size_t>(params.least_noisy_tiles) &&",
+     "  return !OFF && list.size() >= static_cast<std::size_t>(params.least_noisy_tiles) &&"),
     ("uncertain directions", "planes/disparity/disparity_planes.cpp", "  dropUncertain(planes, pixels,", "  if (!OFF) dropUncertain(planes, pixels,"),
     ("white noise of tiles", "planes/disparity/disparity_fit.cpp",
      "bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<TilePart>& parts,\n"

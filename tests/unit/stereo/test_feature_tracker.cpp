@@ -30,7 +30,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-constexpr std::array kDetectors = {FeatureDetector::Sift, FeatureDetector::Orb, FeatureDetector::Akaze};
+constexpr std::array kDetectors = {FeatureDetector::Sift, FeatureDetector::Orb,
+                                   FeatureDetector::Akaze};
 
 FeatureTrackerParams paramsOf(FeatureDetector detector) {
   FeatureTrackerParams params;
